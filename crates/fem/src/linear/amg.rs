@@ -35,10 +35,11 @@ struct Level {
     sweeps: Sweeps,
     prolongation: Csr<f32>,
     restriction: Csr<f32>,
-    /// Right-hand side, solution and residual of this level.
+    /// Right-hand side of this level, its solution, which is what is left of b on the way down, and what that was before the
+    /// backward sweep.
     b: Vec<f64>,
     x: Vec<f64>,
-    r: Vec<f64>,
+    old: Vec<f64>,
 }
 
 impl Amg {
@@ -63,7 +64,7 @@ impl Amg {
                 restriction: coarser.restriction.narrow(),
                 b: vec![0.0; n],
                 x: vec![0.0; n],
-                r: vec![0.0; n],
+                old: vec![0.0; n],
             });
             threshold *= 0.5;
         }
@@ -108,10 +109,9 @@ impl Amg {
         for l in 0..self.levels.len() {
             let (above, below) = self.levels.split_at_mut(l + 1);
             let level = &mut above[l];
-            let Level { b, x, r, .. } = level;
-            level.sweeps.forward(b, x, r);
+            level.sweeps.forward(&level.b, &mut level.old, &mut level.x);
             let coarse = below.first_mut().map_or(&mut self.bottom[0], |c| &mut c.b);
-            level.restriction.times(r, coarse);
+            level.restriction.times(&level.x, coarse);
         }
         let [b, x] = &mut self.bottom;
         x.copy_from_slice(b);
@@ -123,9 +123,8 @@ impl Amg {
             let (above, below) = self.levels.split_at_mut(l + 1);
             let level = &mut above[l];
             let coarse = below.first().map_or(&self.bottom[1], |c| &c.x);
-            level.prolongation.add_times(coarse, &mut level.x);
-            let Level { b, x, r, .. } = level;
-            level.sweeps.backward(b, x, r);
+            level.prolongation.add_times(coarse, &mut level.old);
+            level.sweeps.backward(&level.b, &level.old, &mut level.x);
         }
     }
 }

@@ -23,7 +23,8 @@ pub struct Embedded {
     embedding: Csr<f32>,
     restriction: Csr<f32>,
     coarse: Amg,
-    residual: Vec<f64>,
+    /// x before the backward sweep.
+    old: Vec<f64>,
 }
 
 impl Embedded {
@@ -44,7 +45,7 @@ impl Embedded {
             None => (embedding, Amg::new(coarse)?),
         };
         Some(Embedded {
-            residual: zeros(embedding.rows()),
+            old: zeros(embedding.rows()),
             restriction: embedding.transpose(),
             coarse,
             embedding,
@@ -60,27 +61,28 @@ impl Embedded {
         product: Option<&mut [f64]>,
         relax_block: Option<Relax>,
     ) {
-        let residual = &mut self.residual;
-        sweeps.forward(b, x, residual);
+        // Until the backward sweep x is what is left.
+        let old = &mut self.old;
+        sweeps.forward(b, old, x);
         if let Some(relax_block) = relax_block {
-            relax_block(b, x);
-            sweeps.matrix().residual(b, x, residual);
+            relax_block(b, old);
+            sweeps.matrix().residual(b, old, x);
         }
         let transfer = |bytes: usize| tracing::debug_span!("P1 and back", bytes).entered();
         let vectors = 8 * (self.embedding.rows() + self.embedding.columns());
         let span = transfer(self.restriction.bytes() + vectors);
-        self.restriction.times(residual, self.coarse.rhs());
+        self.restriction.times(x, self.coarse.rhs());
         drop(span);
         self.coarse.cycle();
         let span = transfer(self.embedding.bytes() + vectors);
-        self.embedding.add_times(self.coarse.solution(), x);
+        self.embedding.add_times(self.coarse.solution(), old);
         drop(span);
         if let Some(relax_block) = relax_block {
-            relax_block(b, x);
+            relax_block(b, old);
         }
-        sweeps.backward(b, x, residual);
+        sweeps.backward(b, old, x);
         if let Some(product) = product {
-            sweeps.product(b, x, residual, product);
+            sweeps.product(b, x, old, product);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Sweeps of Gauss and Seidel within blocks of rows, which do not wait for each other: the smoother of a preconditioner.
 //!
 //! ```text
-//! forward, from x = 0:  (D + L) x = b,  and what is left, b - A x = -(U + O) x
+//! forward, from x = 0:  (D + L) x = b,  and what is left, b - A x = -(O + U) x
 //! backward:             (D + U) x' = b - (L + O) x,  and the product, A x' = b + (L + O) (x' - x)
 //! ```
 //!
@@ -25,17 +25,15 @@ const SMALLEST: usize = 1 << 13;
 const LONG: usize = 8;
 /// Rows that a task looks at.
 const ROWS: usize = 1 << 12;
-/// Numbers that a task copies.
-const COPIED: usize = 1 << 14;
 
 /// A matrix with its rows in the order of sweeps, and the sweeps.
 pub struct Sweeps {
-    /// In each row L, D, U and O one after the other.
+    /// In each row L, D, O and U one after the other.
     matrix: Csr,
-    /// Columns and values of L, U and O, over a power of two and rounded, row by row.
+    /// Columns and values of L, O and U, over a power of two and rounded, row by row.
     entries: Vec<(u32, f32)>,
     unit: f64,
-    /// Where L, U and O of each row end among these, behind where the first row begins.
+    /// Where L, O and U of each row end among these, behind where the first row begins.
     ends: Vec<[u32; 3]>,
     /// 1/D, or 0 where a row is not swept.
     inverse: Vec<f64>,
@@ -54,10 +52,10 @@ impl Sweeps {
         let class = |i: usize, j: u32| {
             let first = i / block * block;
             match j as usize {
-                j if j < first || j >= first + block => 3,
+                j if j < first || j >= first + block => 2,
                 j if j < i => 0,
                 j if j == i => 1,
-                _ => 2,
+                _ => 3,
             }
         };
         let mut ends = vec![[0; 3]; rows + 1];
@@ -81,8 +79,8 @@ impl Sweeps {
                 }
                 // Each row before this one has a diagonal that is left out.
                 let first = matrix.places(i).start - i;
-                let [before, _, after, others] = counts;
-                let lengths = [before, before + after, before + after + others];
+                let [before, _, others, after] = counts;
+                let lengths = [before, before + others, before + others + after];
                 *ends = lengths.map(|length| (first + length) as u32);
             }
             (largest, unsorted)
@@ -106,17 +104,17 @@ impl Sweeps {
         sweeps
     }
 
-    /// Where L, U and O of a row are.
+    /// Where L, O and U of a row are.
     #[inline]
     fn parts(&self, i: usize) -> [Range<usize>; 3] {
-        let [start, own, others, end] = [
+        let [start, before, others, after] = [
             self.ends[i][2],
             self.ends[i + 1][0],
             self.ends[i + 1][1],
             self.ends[i + 1][2],
         ]
         .map(|k| k as usize);
-        [start..own, own..others, others..end]
+        [start..before, before..others, others..after]
     }
 
     /// Rounds all rows.
@@ -138,8 +136,8 @@ impl Sweeps {
     /// Takes the `changed` rows anew; `still` ones are not swept.
     pub fn set(&mut self, changed: impl Iterator<Item = u32>, still: &[u32]) {
         for row in changed.map(|row| row as usize) {
-            let [before, _, others] = self.parts(row);
-            let own = &mut self.entries[before.start..others.end];
+            let [before, _, after] = self.parts(row);
+            let own = &mut self.entries[before.start..after.end];
             self.inverse[row] = rounded(&self.matrix, self.unit, row, own);
         }
         for &row in still {
@@ -203,53 +201,50 @@ impl Sweeps {
         });
         let x = &*x;
         self.matrix.by_rows(rest, |i, rest| {
-            let [_, after, others] = self.parts(i);
-            rest - self.dot(after.start..others.end, x, 0)
+            let [_, others, after] = self.parts(i);
+            rest - self.dot(others.start..after.end, x, 0)
         });
     }
 
-    /// Changes x by a backward sweep; `before` becomes what x was.
-    pub fn backward(&self, b: &[f64], x: &mut [f64], before: &mut [f64]) {
+    /// x from a backward sweep that starts at `old`.
+    pub fn backward(&self, b: &[f64], old: &[f64], x: &mut [f64]) {
         let (bytes, flops) = (self.bytes(3), 2 * self.matrix.entries());
         let _span = tracing::debug_span!("sweeps", bytes, flops).entered();
-        before
-            .par_chunks_mut(COPIED)
-            .zip(x.par_chunks(COPIED))
-            .for_each(|(before, x)| before.copy_from_slice(x));
-        let before = &*before;
         x.par_chunks_mut(self.block)
             .enumerate()
             .for_each(|(block, x)| {
                 let first = block * self.block;
                 for k in (0..x.len()).rev() {
                     let i = first + k;
-                    if self.inverse[i] != 0.0 {
-                        let [below, after, others] = self.parts(i);
-                        let own = self.dot(below.start..after.end, x, first);
-                        let of_others = self.dot(others, before, 0);
-                        x[k] = self.inverse[i] * (b[i] - own - of_others);
+                    if self.inverse[i] == 0.0 {
+                        x[k] = old[i];
+                        continue;
                     }
+                    let [before, others, after] = self.parts(i);
+                    let of_old = self.dot(before.start..others.end, old, 0);
+                    let of_new = self.dot(after, x, first);
+                    x[k] = self.inverse[i] * (b[i] - of_old - of_new);
                 }
             });
     }
 
-    /// y = A x for the x of a backward sweep with b and `before`, which becomes the change.
-    pub fn product(&self, b: &[f64], x: &[f64], before: &mut [f64], y: &mut [f64]) {
+    /// y = A x for the x of a backward sweep with b from `old`, which becomes the change.
+    pub fn product(&self, b: &[f64], x: &[f64], old: &mut [f64], y: &mut [f64]) {
         // Half of the entries.
         let entries = self.matrix.entries();
         let (bytes, flops) = (self.bytes(4) - 4 * entries, entries);
         let _span = tracing::debug_span!("sweeps", bytes, flops).entered();
-        before
-            .par_iter_mut()
+        old.par_iter_mut()
             .zip(x)
-            .for_each(|(before, x)| *before = x - *before);
-        let change = &*before;
+            .with_min_len(ROWS)
+            .for_each(|(old, x)| *old = x - *old);
+        let change = &*old;
         self.matrix.by_rows(y, |i, _| {
             if self.inverse[i] == 0.0 {
                 return self.matrix.dot(i, x);
             }
-            let [below, _, others] = self.parts(i);
-            b[i] + self.dot(below, change, 0) + self.dot(others, change, 0)
+            let [before, others, _] = self.parts(i);
+            b[i] + self.dot(before.start..others.end, change, 0)
         });
     }
 }
@@ -329,11 +324,11 @@ mod tests {
             matrix.push([(0, -b), (1, -c), (2, b + c)]);
             let sweeps = Sweeps::new(matrix);
             for i in 0..3 {
-                let [before, _, others] = sweeps.parts(i);
-                let rest = sweeps.dot(before.start..others.end, &[1.0; 3], 0);
+                let [before, _, after] = sweeps.parts(i);
+                let rest = sweeps.dot(before.start..after.end, &[1.0; 3], 0);
                 let sum = 1.0 / sweeps.inverse[i] + rest;
                 assert!(sum.abs() < 1e-15 * unit, "{unit} {i}: {sum}");
-                for (j, a) in &sweeps.entries[before.start..others.end] {
+                for (j, a) in &sweeps.entries[before.start..after.end] {
                     let narrow = sweeps.unit * f64::from(*a);
                     let off = narrow / at(&sweeps, i, *j as usize) - 1.0;
                     assert!(off.abs() < 1e-7, "{unit} {i} {j}: {off}");
@@ -359,10 +354,8 @@ mod tests {
         sweeps.matrix().residual(&b, &x, &mut left);
         assert_close(&rest, &left);
 
-        let mut before = vec![0.0; N];
-        let start = x.clone();
-        sweeps.backward(&b, &mut x, &mut before);
-        assert_eq!(before, start);
+        let mut start = std::mem::replace(&mut x, vec![7.0; N]);
+        sweeps.backward(&b, &start, &mut x);
         let mut expected = start.clone();
         for i in (0..N).rev().filter(|i| *i != 4) {
             let now = |j: usize| {
@@ -377,7 +370,7 @@ mod tests {
         }
         assert_close(&x, &expected);
         let (mut y, mut product) = (vec![0.0; N], vec![0.0; N]);
-        sweeps.product(&b, &x, &mut before, &mut y);
+        sweeps.product(&b, &x, &mut start, &mut y);
         sweeps.matrix().times(&x, &mut product);
         assert_close(&y, &product);
     }
