@@ -2,8 +2,10 @@
 //! norms of the broken spaces. No matrix is put together, but for iterations: its products are sums over the cells,
 //! which all cores form and one adds up in the cells' order, so that no bit depends on their number.
 
+mod face_points;
 mod graph;
 mod iterated;
+mod load;
 mod quadratic;
 
 use std::sync::{Arc, OnceLock};
@@ -13,10 +15,10 @@ use rayon::prelude::*;
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::linear::{Elements, clear, zeros};
 use crate::quadrature::{self, Rule};
-use crate::scene::Expression;
-use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::mesh::{CellGeometry, Metric};
+pub use face_points::{FacePoint, FacePoints};
+use faceoff_mesh::mesh::Metric;
 pub(crate) use iterated::{Free, Iterated, iterations};
+pub use load::{add_load, add_traction, value_at};
 use nalgebra::Vector3;
 
 /// Cells whose contributions wait to be added, and how many of them one task forms.
@@ -440,174 +442,6 @@ pub fn combine(gradients: &[Vector3<f64>; MAX_DOFS], local: &Basis) -> Vector3<f
         .iter()
         .zip(local)
         .fold(Vector3::zeros(), |sum, (gradient, u)| sum + *u * gradient)
-}
-
-/// b_i += (f, φ_i)_h by `rule`, all dofs.
-///
-/// # Errors
-/// A value of f that is not finite, with its point.
-pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Result<()> {
-    if f.is_zero() {
-        return Ok(());
-    }
-    let (mesh, local) = (space.mesh, space.local_dofs);
-    let rule: Vec<([f64; 4], f64, Basis)> = rule
-        .iter()
-        .map(|(lambda, weight)| (lambda, weight, space.element.values(mesh.dim, &lambda)))
-        .collect();
-    add_over_cells(space, b, |cells, vectors| {
-        let mut points = Vec::with_capacity(cells.len() * rule.len());
-        for cell in cells.clone() {
-            let vertices = mesh.vertices(cell);
-            points.extend(rule.iter().map(|([a, b, c, d], ..)| -> [f64; 3] {
-                // In 2D d and the fourth vertex are 0.
-                let [p, q, r, s] = &vertices;
-                std::array::from_fn(|k| a * p[k] + b * q[k] + c * r[k] + d * s[k])
-            }));
-        }
-        let mut values = vec![0.0; points.len()];
-        f.values(&points, &mut values);
-        let of_cells = values.chunks_exact(rule.len());
-        for ((cell, vector), values) in cells.zip(vectors.chunks_exact_mut(local)).zip(of_cells) {
-            let measure = mesh.measure(cell);
-            vector.fill(0.0);
-            for ((_, weight, phi), value) in rule.iter().zip(values) {
-                for (sum, phi) in vector.iter_mut().zip(phi) {
-                    *sum += weight * measure * value * phi;
-                }
-            }
-        }
-    });
-    if !b
-        .par_iter()
-        .with_min_len(1 << 14)
-        .all(|value| value.is_finite())
-    {
-        for cell in 0..mesh.cell_count() {
-            let geometry = mesh.geometry(cell);
-            for (lambda, ..) in &rule {
-                value_at(f, "f", geometry.point(lambda))?;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// b_i += <t, φ_i>_F for one boundary face, by `rule`.
-///
-/// # Errors
-/// A value of t that is not finite, with its point.
-pub fn add_traction(
-    space: &Space,
-    t: &Expression,
-    face: usize,
-    rule: &Rule,
-    b: &mut [f64],
-) -> Result<()> {
-    if t.is_zero() {
-        return Ok(());
-    }
-    for point in FacePoints::new(space, face, rule) {
-        let value = value_at(t, "t", point.x)?;
-        let phi = space.element.values(space.mesh.dim, &point.lambda);
-        for (phi, &dof) in phi.iter().zip(space.cell_dofs(point.cell)) {
-            b[dof as usize] += point.weight * value * phi;
-        }
-    }
-    Ok(())
-}
-
-/// The value of a datum, which must be finite.
-pub fn value_at(expression: &Expression, name: &str, x: [f64; 3]) -> Result<f64> {
-    let value = expression.value(x);
-    if value.is_finite() {
-        return Ok(value);
-    }
-    Err(Error::Solver {
-        what: format!(
-            "{name} = `{}` is {value} at ({}, {}, {})",
-            expression.text(),
-            x[0],
-            x[1],
-            x[2]
-        ),
-        remedy: "give data that are finite on the whole domain".into(),
-    })
-}
-
-/// A quadrature point on a boundary face.
-pub struct FacePoint {
-    /// The cell behind the face.
-    pub cell: usize,
-    /// Barycentric coordinates in that cell.
-    pub lambda: [f64; 4],
-    /// Its place in the domain; the third coordinate is 0 in 2D.
-    pub x: [f64; 3],
-    /// Weight times |F|.
-    pub weight: f64,
-}
-
-/// Quadrature points of a boundary face, along its vertices in ascending order.
-pub struct FacePoints<'a> {
-    rule: &'a Rule,
-    next: usize,
-    cell: usize,
-    geometry: CellGeometry,
-    measure: f64,
-    /// Local numbers of the face's vertices, by ascending vertex.
-    corners: Vec<usize>,
-}
-
-impl<'a> FacePoints<'a> {
-    /// Takes the cell behind a face and the points of a rule on it.
-    pub fn new(space: &Space, face: usize, rule: &'a Rule) -> Self {
-        let mesh = space.mesh;
-        let cell = mesh.face_cells(face)[0] as usize;
-        let geometry = mesh.geometry(cell);
-        let local = mesh.local_face(cell, face);
-        let vertices = mesh.cell(cell);
-        let mut corners: Vec<usize> = (0..vertices.len()).filter(|&i| i != local).collect();
-        corners.sort_unstable_by_key(|&i| vertices[i]);
-        FacePoints {
-            rule,
-            next: 0,
-            cell,
-            measure: geometry.face_measure(local),
-            geometry,
-            corners,
-        }
-    }
-
-    /// |F|
-    pub fn measure(&self) -> f64 {
-        self.measure
-    }
-
-    /// The cell's gradients and volume.
-    pub fn geometry(&self) -> &CellGeometry {
-        &self.geometry
-    }
-}
-
-impl Iterator for FacePoints<'_> {
-    type Item = FacePoint;
-
-    fn next(&mut self) -> Option<FacePoint> {
-        let q = self.next;
-        let weight = self.measure * self.rule.weights.get(q)?;
-        self.next += 1;
-        let on_face = self.rule.barycentric(q);
-        let mut lambda = [0.0; 4];
-        for (k, &corner) in self.corners.iter().enumerate() {
-            lambda[corner] = on_face[k];
-        }
-        Some(FacePoint {
-            cell: self.cell,
-            lambda,
-            x: self.geometry.point(&lambda),
-            weight,
-        })
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,102 @@
+//! (f, φ_i)_h and <t, φ_i>_N, by quadrature.
+
+use rayon::prelude::*;
+
+use super::{FacePoints, add_over_cells};
+use crate::element::{Basis, Space};
+use crate::quadrature::Rule;
+use crate::scene::Expression;
+use faceoff_mesh::error::{Error, Result};
+
+/// b_i += (f, φ_i)_h by `rule`, all dofs.
+///
+/// # Errors
+/// A value of f that is not finite, with its point.
+pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Result<()> {
+    if f.is_zero() {
+        return Ok(());
+    }
+    let (mesh, local) = (space.mesh, space.local_dofs);
+    let rule: Vec<([f64; 4], f64, Basis)> = rule
+        .iter()
+        .map(|(lambda, weight)| (lambda, weight, space.element.values(mesh.dim, &lambda)))
+        .collect();
+    add_over_cells(space, b, |cells, vectors| {
+        let mut points = Vec::with_capacity(cells.len() * rule.len());
+        for cell in cells.clone() {
+            let vertices = mesh.vertices(cell);
+            points.extend(rule.iter().map(|([a, b, c, d], ..)| -> [f64; 3] {
+                // In 2D d and the fourth vertex are 0.
+                let [p, q, r, s] = &vertices;
+                std::array::from_fn(|k| a * p[k] + b * q[k] + c * r[k] + d * s[k])
+            }));
+        }
+        let mut values = vec![0.0; points.len()];
+        f.values(&points, &mut values);
+        let of_cells = values.chunks_exact(rule.len());
+        for ((cell, vector), values) in cells.zip(vectors.chunks_exact_mut(local)).zip(of_cells) {
+            let measure = mesh.measure(cell);
+            vector.fill(0.0);
+            for ((_, weight, phi), value) in rule.iter().zip(values) {
+                for (sum, phi) in vector.iter_mut().zip(phi) {
+                    *sum += weight * measure * value * phi;
+                }
+            }
+        }
+    });
+    if !b
+        .par_iter()
+        .with_min_len(1 << 14)
+        .all(|value| value.is_finite())
+    {
+        for cell in 0..mesh.cell_count() {
+            let geometry = mesh.geometry(cell);
+            for (lambda, ..) in &rule {
+                value_at(f, "f", geometry.point(lambda))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// b_i += <t, φ_i>_F for one boundary face, by `rule`.
+///
+/// # Errors
+/// A value of t that is not finite, with its point.
+pub fn add_traction(
+    space: &Space,
+    t: &Expression,
+    face: usize,
+    rule: &Rule,
+    b: &mut [f64],
+) -> Result<()> {
+    if t.is_zero() {
+        return Ok(());
+    }
+    for point in FacePoints::new(space, face, rule) {
+        let value = value_at(t, "t", point.x)?;
+        let phi = space.element.values(space.mesh.dim, &point.lambda);
+        for (phi, &dof) in phi.iter().zip(space.cell_dofs(point.cell)) {
+            b[dof as usize] += point.weight * value * phi;
+        }
+    }
+    Ok(())
+}
+
+/// The value of a datum, which must be finite.
+pub fn value_at(expression: &Expression, name: &str, x: [f64; 3]) -> Result<f64> {
+    let value = expression.value(x);
+    if value.is_finite() {
+        return Ok(value);
+    }
+    Err(Error::Solver {
+        what: format!(
+            "{name} = `{}` is {value} at ({}, {}, {})",
+            expression.text(),
+            x[0],
+            x[1],
+            x[2]
+        ),
+        remedy: "give data that are finite on the whole domain".into(),
+    })
+}
