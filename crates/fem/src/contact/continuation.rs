@@ -67,7 +67,8 @@ pub(super) fn follow(
     found
 }
 
-/// Newton's method, whose linear systems `step` solves: u where no status changes any more, none where it does not come there in `most` steps.
+/// Newton's method, whose linear systems `step` solves: u where no status changes any more, none where it does not come
+/// there in `most` steps.
 ///
 /// # Errors
 /// What `progress` returns, and an interruption.

@@ -2,6 +2,8 @@
 
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
+
 use super::condition::Condition;
 use super::discretisation::Discretisation;
 use super::face::ContactFace;
@@ -13,8 +15,6 @@ use crate::element::{P1, Space};
 use crate::linear::{Csr, zeros};
 use crate::quadrature::Rule;
 use crate::scene::{HRule, Part, Scene};
-use rayon::prelude::*;
-
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 

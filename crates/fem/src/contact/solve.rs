@@ -11,7 +11,7 @@ use super::iteration::Iteration;
 use super::scheme::Scheme;
 use super::sensitivity::{for_each_contact_term, moved_by_rounding};
 use super::solution::{Ended, Solution, Stop, Timings};
-use super::system::{Energy, System, Weights, largest, with_each};
+use super::system::{Energy, System, Weights, largest, plus};
 use crate::linear::{Precision, Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
 use rayon::prelude::*;
@@ -168,7 +168,7 @@ fn iterate(
         if iteration.relaxation() != 1.0 {
             step.iter_mut().for_each(|d| *d *= iteration.relaxation());
         }
-        let next = with_each(&u, |k, u| u + step[k]);
+        let next = plus(&u, &step);
         let increment = relative_increment(scheme, &scale, &step, &next);
         if let Some(residual) = residuals.last().filter(|r| **r < best.0) {
             best = (*residual, increments.len(), u);

@@ -17,6 +17,8 @@ use super::kernels::{clear_registers, clear_registers_everywhere};
 use super::sweeps::Sweeps;
 
 const STRONG: f64 = 0.08;
+/// θ_l over that of the level above.
+const WEAKER: f64 = 0.5;
 const OMEGA: f64 = 2.0 / 3.0;
 /// Matrices of this size are solved directly.
 const COARSEST: usize = 500;
@@ -66,7 +68,7 @@ impl Amg {
                 x: vec![0.0; n],
                 old: vec![0.0; n],
             });
-            threshold *= 0.5;
+            threshold *= WEAKER;
         }
         let n = matrix.rows();
         let mut dense = Mat::<f64>::zeros(n, n);
@@ -176,7 +178,7 @@ impl Coarser {
 
     /// The hierarchy from that level down.
     pub fn hierarchy(self) -> Option<Amg> {
-        Amg::below(self.matrix, 0.5 * STRONG)
+        Amg::below(self.matrix, WEAKER * STRONG)
     }
 }
 

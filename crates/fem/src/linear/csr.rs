@@ -106,28 +106,33 @@ impl Csr {
                     }
                 },
             );
-        let room = || (vec![0.0; size], Sums::new(n));
-        Ok(Csr::by_chunks(n, n, room, |(values, sums), rows, part| {
-            for row in rows {
-                for (element, local) in of_row(row) {
-                    elements.row(element, local, values);
-                    for (&j, a) in elements.of(element).iter().zip(&*values) {
-                        if let Some(j) = number[j as usize] {
-                            sums.add(j, *a);
+        let scratch = || (vec![0.0; size], Sums::new(n));
+        Ok(Csr::by_chunks(
+            n,
+            n,
+            scratch,
+            |(values, sums), rows, part| {
+                for row in rows {
+                    for (element, local) in of_row(row) {
+                        elements.row(element, local, values);
+                        for (&j, a) in elements.of(element).iter().zip(&*values) {
+                            if let Some(j) = number[j as usize] {
+                                sums.add(j, *a);
+                            }
                         }
                     }
+                    let is_whole = whole(row);
+                    let is_tie = |&(j, a): &(u32, f64)| {
+                        let size = (diagonal[row] * diagonal[j as usize]).abs().sqrt();
+                        is_whole || j as usize == row || !(a.abs() <= ROUNDING * size)
+                    };
+                    let entries = sums.entries();
+                    entries.sort_unstable_by_key(|entry| entry.0);
+                    part.end_row(entries.iter().copied().filter(is_tie));
+                    sums.clear();
                 }
-                let is_whole = whole(row);
-                let is_tie = |&(j, a): &(u32, f64)| {
-                    let size = (diagonal[row] * diagonal[j as usize]).abs().sqrt();
-                    is_whole || j as usize == row || !(a.abs() <= ROUNDING * size)
-                };
-                let entries = sums.entries();
-                entries.sort_unstable_by_key(|entry| entry.0);
-                part.end_row(entries.iter().copied().filter(is_tie));
-                sums.clear();
-            }
-        }))
+            },
+        ))
     }
 
     /// The rows and columns that have a number; the numbers ascend.
@@ -284,22 +289,22 @@ impl<T: Number> Csr<T> {
         }
     }
 
-    /// Rows that `fill` adds to parts of the matrix, side by side, each with some `room` that is used again.
-    pub fn by_chunks<Room>(
+    /// Rows that `fill` adds to parts of the matrix, side by side, each with `scratch` that is used again.
+    pub fn by_chunks<Scratch>(
         rows: usize,
         columns: usize,
-        room: impl Fn() -> Room + Send + Sync,
-        fill: impl Fn(&mut Room, Range<usize>, &mut Self) + Send + Sync,
+        scratch: impl Fn() -> Scratch + Send + Sync,
+        fill: impl Fn(&mut Scratch, Range<usize>, &mut Self) + Send + Sync,
     ) -> Self {
         let parts: Vec<Self> = (0..rows.div_ceil(CHUNK))
             .into_par_iter()
-            .map_init(room, |room, chunk| {
+            .map_init(scratch, |scratch, chunk| {
                 let rows = chunk * CHUNK..((chunk + 1) * CHUNK).min(rows);
                 let mut part = Self::empty(columns);
                 part.starts.reserve(rows.len());
                 part.indices.reserve(USUAL * rows.len());
                 part.values.reserve(USUAL * rows.len());
-                fill(room, rows, &mut part);
+                fill(scratch, rows, &mut part);
                 part
             })
             .collect();
@@ -398,8 +403,8 @@ impl<T: Number> Csr<T> {
 
     /// A B, row by row (F. G. Gustavson, ACM Trans. Math. Softw. 4, 1978).
     pub fn product(&self, other: &Csr) -> Csr {
-        let room = || Sums::new(other.columns);
-        Csr::by_chunks(self.rows(), other.columns, room, |sums, rows, part| {
+        let scratch = || Sums::new(other.columns);
+        Csr::by_chunks(self.rows(), other.columns, scratch, |sums, rows, part| {
             for i in rows {
                 for (k, a) in self.row(i) {
                     for (j, b) in other.row(k as usize) {
