@@ -229,9 +229,9 @@ fn linear_alone_cr(bencher: Bencher, n: usize) {
         .expect("a sound matrix")
         .expect("a factor");
         let mut u = problem.start();
-        factor.expand(&reduced, &[], &mut u);
+        factor.expand(reduced, &[], &mut u);
         let mut step = vec![0.0; u.len()];
-        factor.expand(&factor.reduce(&rest(&u)), &[], &mut step);
+        factor.expand(factor.reduce(&rest(&u)), &[], &mut step);
         for (u, step) in u.iter_mut().zip(&step) {
             *u += step;
         }

@@ -135,7 +135,7 @@ impl<'a> Poisson<'a> {
             });
         };
         let reduced = reduced.unwrap_or_else(|| factor.reduce(b));
-        factor.expand(&reduced, &[], &mut step);
+        factor.expand(reduced, &[], &mut step);
         for (step, role) in step.iter_mut().zip(&self.roles) {
             if *role == Role::Fixed {
                 *step = 0.0;

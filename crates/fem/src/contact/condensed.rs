@@ -21,7 +21,7 @@ use super::scheme::{Scheme, clear_rows};
 use super::system::{Built, Energy, System, Weights};
 use crate::linear::{
     Changed, Choice, Entry, Factor, LowRank, Reduced, Role, Row, Schur, SchurLu, Settings, Solved,
-    condense, zeros,
+    clear, condense,
 };
 use faceoff_mesh::error::{Error, Result};
 
@@ -36,6 +36,8 @@ pub(super) struct Condensed<'a> {
     choice: Choice,
     factor: Factor,
     reduced: Reduced,
+    /// The energy where the iteration starts.
+    started: f64,
     /// S with the shift, and the shift with the other sign.
     schur: Schur,
     shift: Vec<Entry>,
@@ -182,6 +184,7 @@ impl<'a> Condensed<'a> {
             floating,
             choice,
             load: reduced.kept().to_vec(),
+            started: reduced.energy().max(0.0),
             factor,
             reduced,
             schur,
@@ -382,7 +385,7 @@ impl System for Condensed<'_> {
 
     /// The same of u less what it is where the iteration starts, the load included.
     fn size(&self, u: &[f64]) -> Energy {
-        let started = self.reduced.energy().max(0.0);
+        let started = self.started;
         let on_kept = self.energy(u);
         let value = on_kept.value + started / on_kept.unit / on_kept.unit;
         if on_kept.is_zero() || !value.is_finite() {
@@ -424,7 +427,7 @@ impl System for Condensed<'_> {
     fn complete(&self, on_kept: &[f64]) -> Vec<f64> {
         let mut u = self.problem.start();
         let kept = &on_kept[..self.load.len()];
-        self.factor.expand(&self.reduced, kept, &mut u);
+        self.factor.expand(self.reduced.clone(), kept, &mut u);
         u
     }
 
@@ -432,17 +435,18 @@ impl System for Condensed<'_> {
         &self.scheme
     }
 
-    fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
+    fn step_everywhere(&self, laws: &[Weights], mut r: Vec<f64>) -> Result<Vec<f64>> {
         // Rows of Γ_D are not read.
-        let minus: Vec<f64> = r.par_iter().map(|r| -r).collect();
-        let reduced = self.factor.reduce(&minus);
-        let mut on_kept: Vec<f64> = reduced.kept().iter().map(|g| -g).collect();
+        let reduced = self.factor.reduce(&r);
+        let mut on_kept = reduced.kept().to_vec();
         on_kept.resize(self.load.len() + self.fixed.len(), 0.0);
         let delta = self.step(laws, &on_kept)?;
-        let mut step = zeros(r.len());
-        self.factor
-            .expand(&reduced, &delta[..self.load.len()], &mut step);
-        Ok(step)
+        // What r gives is the step with the other sign.
+        let minus: Vec<f64> = delta[..self.load.len()].iter().map(|d| -d).collect();
+        clear(&mut r);
+        self.factor.expand(reduced, &minus, &mut r);
+        r.par_iter_mut().for_each(|step| *step = -*step);
+        Ok(r)
     }
 }
 

@@ -461,8 +461,8 @@ impl System for Krylov<'_> {
     }
 
     /// From u as exact as a step makes it, δ to four digits is below the rounding of A u.
-    fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>> {
-        self.solve(laws, r, MEDIUM, 0.0)
+    fn step_everywhere(&self, laws: &[Weights], r: Vec<f64>) -> Result<Vec<f64>> {
+        self.solve(laws, &r, MEDIUM, 0.0)
     }
 }
 

@@ -122,16 +122,18 @@ impl Problem<'_> {
             true => largest,
             false => size,
         };
-        let of_row = |(i, size): (usize, f64)| {
+        let of_row = |i: usize, size: f64| {
             let body = self.bodies.0[i] as usize;
             match self.dirichlet[i] {
                 Some(g) => scale(g.abs().max(u[i].abs()), highest[body]),
                 None => scale(size, largest[body]).max(1e-3 * stiffest[body]),
             }
         };
+        let rows = size.par_iter_mut().enumerate();
+        rows.for_each(|(i, size)| *size = of_row(i, *size));
         Rows {
             residual: self.residual(u),
-            scale: size.into_par_iter().enumerate().map(of_row).collect(),
+            scale: size,
         }
     }
 

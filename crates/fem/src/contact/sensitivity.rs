@@ -51,7 +51,7 @@ pub fn condition(problem: &Problem, u: &[f64], settings: Settings) -> Result<f64
     if size == 0.0 {
         return Ok(1.0);
     }
-    Ok(most(&terms, |off| system.step_everywhere(&laws, off))? / size)
+    Ok(most(&terms, |off| system.step_everywhere(&laws, off.to_vec()))? / size)
 }
 
 /// How far apart two solutions may be because of what they leave in the rows.
@@ -106,7 +106,7 @@ impl Conditioning {
                 let off: Vec<f64> = terms
                     .map(|(row, (size, sign))| if free(row) { size * sign } else { 0.0 })
                     .collect();
-                let answer = system.step_everywhere(&laws, &off)?;
+                let answer = system.step_everywhere(&laws, off)?;
                 for (delta, part) in answer.iter().zip(part_of) {
                     let moved = &mut parts[*part as usize][3];
                     *moved = moved.max(delta.abs());

@@ -124,11 +124,12 @@ pub(super) trait System {
     /// The scheme at all dofs of the space.
     fn scheme(&self) -> &Scheme<'_>;
 
-    /// [`System::step`] at all dofs of the space, for a u near its solution; r is that of [`System::scheme`].
+    /// [`System::step`] at all dofs of the space, for a u near its solution; r, whose room it takes, is that of
+    /// [`System::scheme`].
     ///
     /// # Errors
     /// Those of [`System::step`].
-    fn step_everywhere(&self, laws: &[Weights], r: &[f64]) -> Result<Vec<f64>>;
+    fn step_everywhere(&self, laws: &[Weights], r: Vec<f64>) -> Result<Vec<f64>>;
 }
 
 /// Numbers that one task takes.

@@ -149,7 +149,9 @@ impl Analysis {
             aside_at: &aside_at,
             numbers: &numbers,
             firsts: &firsts,
-            grain: (tree.order.len() / TASKS).max(256),
+            grain: (tree.order.len() / TASKS)
+                .max(256)
+                .min(u16::MAX as usize / elements.size()),
         };
         let roots: Vec<usize> = (0..tree.parts.len())
             .filter(|&k| within[k] == Some(k as u32) && !numbering.inside_of(k).is_empty())
@@ -262,7 +264,8 @@ impl Analysis {
         OF_UNKNOWN * unknowns as f64 + OF_FLOP * flops
     }
 
-    /// Bytes that factor, updates, Schur complement and its factorisation take with numbers of `size` bytes.
+    /// Bytes that factor, updates, Schur complement and its factorisation take, with numbers of `size` bytes below the
+    /// diagonal of the factor.
     pub fn bytes(&self, size: usize) -> usize {
         let waiting = self.blocks.iter().map(|(plan, _)| plan.waiting).max();
         let dense: usize = self
@@ -270,8 +273,8 @@ impl Analysis {
             .iter()
             .map(|(_, border)| border.len().pow(2))
             .sum();
-        (self.entries() + waiting.unwrap_or(0)) * size
-            + (dense + self.lu.entries + self.lu.largest) * 8
+        let wide = self.order.len() + waiting.unwrap_or(0) + dense;
+        (self.entries() - self.order.len()) * size + (wide + self.lu.entries + self.lu.largest) * 8
     }
 }
 

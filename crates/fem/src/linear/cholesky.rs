@@ -27,6 +27,7 @@ pub struct Cholesky {
 }
 
 /// A right-hand side and the solution with it.
+#[derive(Clone)]
 pub struct Solved {
     b: Vec<f64>,
     x: Vec<f64>,
@@ -97,11 +98,11 @@ impl Cholesky {
     }
 
     /// The solution with the kept unknowns at `kept`, in `x`; fixed ones are left as they are.
-    pub fn backward(&self, solved: &Solved, kept: &[f64], x: &mut [f64]) {
-        let mut y = solved.x.clone();
+    pub fn backward(&self, solved: Solved, kept: &[f64], x: &mut [f64]) {
+        let mut y = solved.x;
         if !kept.is_empty() {
             // The forces that hold the kept unknowns there: S u - g.
-            y.copy_from_slice(&solved.b);
+            y = solved.b;
             let forces = self.schur.times(kept);
             for ((&k, force), g) in self.kept.iter().zip(forces).zip(&solved.kept) {
                 y[k as usize] += force - g;

@@ -58,12 +58,14 @@ enum FactorKind {
 }
 
 /// A right-hand side condensed.
+#[derive(Clone)]
 pub struct Reduced {
     kind: Kind,
     kept: Vec<f64>,
-    energy: f64,
+    unit: f64,
 }
 
+#[derive(Clone)]
 enum Kind {
     Faer(Solved),
     Multifrontal(Forward),
@@ -71,14 +73,14 @@ enum Kind {
 
 impl Reduced {
     fn new(kind: Kind, unit: f64) -> Self {
-        let (kept, energy) = match &kind {
-            Kind::Faer(solved) => (&solved.kept, solved.energy),
-            Kind::Multifrontal(forward) => (&forward.kept, forward.energy()),
+        let kept = match &kind {
+            Kind::Faer(solved) => &solved.kept,
+            Kind::Multifrontal(forward) => &forward.kept,
         };
         Reduced {
             kept: kept.iter().map(|g| unit * g).collect(),
-            energy: unit * energy,
             kind,
+            unit,
         }
     }
 
@@ -89,7 +91,11 @@ impl Reduced {
 
     /// b_Iᵀ A_II⁻¹ b_I: with x_Kᵀ S x_K it makes xᵀ A x.
     pub fn energy(&self) -> f64 {
-        self.energy
+        let energy = match &self.kind {
+            Kind::Faer(solved) => solved.energy,
+            Kind::Multifrontal(forward) => forward.energy(),
+        };
+        self.unit * energy
     }
 }
 
@@ -287,9 +293,9 @@ impl Factor {
     }
 
     /// Writes all unknowns into `x`, where the kept ones are `kept`; fixed ones stay as they are.
-    pub fn expand(&self, reduced: &Reduced, kept: &[f64], x: &mut [f64]) {
+    pub fn expand(&self, reduced: Reduced, kept: &[f64], x: &mut [f64]) {
         let _span = self.pass();
-        match (&self.kind, &reduced.kind) {
+        match (&self.kind, reduced.kind) {
             (FactorKind::Faer(factor), Kind::Faer(solved)) => factor.backward(solved, kept, x),
             (FactorKind::F64(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
             (FactorKind::F32(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),

@@ -13,22 +13,28 @@ use rayon::prelude::*;
 
 use super::analysis::Analysis;
 use super::kernels::{Number, clear_registers_everywhere, eliminate};
+use super::krylov::dot;
 use super::plan::{Front, Plan};
 use super::pool::Pool;
-use super::substitution::{Sides, backward, forward, forward_above};
+use super::substitution::{Columns, Share, Sides, backward, forward, forward_above};
 use super::{Elements, Schur};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Error;
 
 /// P A Pᵀ = L Lᵀ of the eliminated unknowns, and the rows of L that belong to the kept ones.
+///
+/// L is computed in f64. Where it is stored in f32, what rounding took from the sum of a column is added to its diagonal, which
+/// is in f64. With x_p the value at the pivot of column p the energy |Lᵀx|² is so off by rounding of Σ |l_pp l_ip| (x_i - x_p)², which is
+/// of its own size whatever the condition of A: each step of refinement brings six digits.
 pub struct Multifrontal<T> {
     analysis: Analysis,
-    /// The columns of L, those of a part behind those of its halves; each from its diagonal, which
-    /// is inverted, downwards.
-    columns: Vec<T>,
+    /// The columns of L below their diagonals, those of a part behind those of its halves, and the diagonals inverted.
+    below: Vec<T>,
+    inverse: Vec<f64>,
 }
 
 /// A right-hand side after its forward elimination.
+#[derive(Clone)]
 pub struct Forward {
     /// L⁻¹ b of the eliminated unknowns, in their order.
     y: Vec<f64>,
@@ -39,7 +45,7 @@ pub struct Forward {
 impl Forward {
     /// |L⁻¹b|² of the eliminated unknowns: the energy that is left with the kept ones at 0.
     pub fn energy(&self) -> f64 {
-        self.y.iter().map(|y| y * y).sum()
+        dot(&self.y, &self.y)
     }
 }
 
@@ -66,27 +72,31 @@ impl<T: Number> Multifrontal<T> {
         let mut y = gather(&analysis.order, &b, unit);
         let mut kept = gather(&analysis.kept, &b, unit);
         drop(b);
-        let mut columns = vec![T::ZERO; analysis.entries()];
+        let mut below = vec![T::ZERO; analysis.entries() - y.len()];
+        let mut inverse = vec![0.0; y.len()];
         let work = Work {
             elements,
             order: &analysis.elements,
             unknowns: &analysis.order,
-            entries: columns.len(),
+            entries: analysis.entries(),
             pool: Pool::new(),
         };
+        let mut rest = Room {
+            below: &mut below,
+            inverse: &mut inverse,
+            y: &mut y,
+            first: 0,
+        };
         let mut parts = Vec::with_capacity(analysis.blocks.len());
-        let (mut columns_left, mut y_left, mut first) = (&mut columns[..], &mut y[..], 0);
         for (plan, border) in &analysis.blocks {
-            let (own, others) = columns_left.split_at_mut(plan.entries);
-            let (own_y, other_y) = y_left.split_at_mut(plan.pivots);
-            (columns_left, y_left) = (others, other_y);
-            parts.push((plan, border, own, own_y, first));
-            first += plan.pivots;
+            let (own, others) = rest.split_at(plan.below(), plan.pivots);
+            rest = others;
+            parts.push((plan, border, own));
         }
         let factored: Vec<_> = parts
             .into_par_iter()
-            .map(|(plan, border, columns, y, first)| {
-                let (update, rest) = work.factor(plan, columns, y, first)?;
+            .map(|(plan, border, room)| {
+                let (update, rest) = work.factor(plan, room)?;
                 Ok((border.clone(), square(&update, rest.len()), rest))
             })
             .collect();
@@ -107,7 +117,11 @@ impl<T: Number> Multifrontal<T> {
             aside,
             Arc::clone(&analysis.lu),
         );
-        let factor = Multifrontal { analysis, columns };
+        let factor = Multifrontal {
+            analysis,
+            below,
+            inverse,
+        };
         Ok((factor, Forward { y, kept }, schur))
     }
 
@@ -119,7 +133,7 @@ impl<T: Number> Multifrontal<T> {
         let rests: Vec<Vec<f64>> = self
             .parts(&mut y)
             .into_par_iter()
-            .map(|(plan, _, columns, y)| forward(plan, columns, y))
+            .map(|(plan, _, share)| forward(plan, share))
             .collect();
         for (rest, (_, border)) in rests.iter().zip(&analysis.blocks) {
             for (value, &p) in rest.iter().zip(border) {
@@ -131,14 +145,14 @@ impl<T: Number> Multifrontal<T> {
 
     /// The eliminated unknowns, where the kept ones have the values `kept`; those in `x`, where
     /// fixed ones are left as they are.
-    pub fn backward(&self, forward: &Forward, kept: &[f64], x: &mut [f64]) {
+    pub fn backward(&self, forward: Forward, kept: &[f64], x: &mut [f64]) {
         let analysis = &self.analysis;
-        let mut y = forward.y.clone();
+        let mut y = forward.y;
         self.parts(&mut y)
             .into_par_iter()
-            .for_each(|(plan, border, columns, y)| {
+            .for_each(|(plan, border, share)| {
                 let border: Vec<f64> = border.iter().map(|&p| kept[p as usize]).collect();
-                backward(plan, columns, y, &border);
+                backward(plan, share, &border);
             });
         let all = x.par_iter_mut().zip(&analysis.numbers);
         all.with_min_len(1 << 14).for_each(|(x, &number)| {
@@ -158,60 +172,103 @@ fn gather(unknowns: &[u32], of_all: &[f64], unit: f64) -> Vec<f64> {
     numbers.map(|&k| of_all[k as usize] / unit).collect()
 }
 
-/// A part of the frontier: its plan, border and columns, and its share of a vector.
-type Share<'a, T> = (&'a Plan, &'a [u32], &'a [T], &'a mut [f64]);
-
 impl<T> Multifrontal<T> {
-    /// The parts of the frontier, with their shares of `y`.
-    fn parts<'a>(&'a self, mut y: &'a mut [f64]) -> Vec<Share<'a, T>> {
-        let mut columns = &self.columns[..];
-        let part = |(plan, border): &'a (Plan, Vec<u32>)| {
-            let (own, others) = columns.split_at(plan.entries);
-            let (own_y, other_y) = std::mem::take(&mut y).split_at_mut(plan.pivots);
-            (columns, y) = (others, other_y);
-            (plan, &border[..], own, own_y)
+    /// The parts of the frontier, their borders, and their columns with their shares of `y`.
+    fn parts<'a>(&'a self, y: &'a mut [f64]) -> Vec<(&'a Plan, &'a [u32], Share<'a, T>)> {
+        let mut rest = Share {
+            below: &self.below,
+            inverse: &self.inverse,
+            y,
         };
-        self.analysis.blocks.iter().map(part).collect()
+        let mut parts = Vec::with_capacity(self.analysis.blocks.len());
+        for (plan, border) in &self.analysis.blocks {
+            let (own, others) = rest.split_at(plan.below(), plan.pivots);
+            rest = others;
+            parts.push((plan, &border[..], own));
+        }
+        parts
+    }
+}
+
+/// What a part writes: its columns, as [`Multifrontal`] has them, and y of its pivots, of which `first` is the first.
+struct Room<'a, T> {
+    below: &'a mut [T],
+    inverse: &'a mut [f64],
+    y: &'a mut [f64],
+    first: usize,
+}
+
+impl<T: Number> Room<'_, T> {
+    /// That of the first pivots, of whose columns `below` entries are, and that of the others.
+    fn split_at(self, below: usize, pivots: usize) -> (Self, Self) {
+        let (below, other_below) = self.below.split_at_mut(below);
+        let (inverse, other_inverse) = self.inverse.split_at_mut(pivots);
+        let (y, other_y) = self.y.split_at_mut(pivots);
+        let others = Room {
+            below: other_below,
+            inverse: other_inverse,
+            y: other_y,
+            first: self.first + pivots,
+        };
+        let own = Room {
+            below,
+            inverse,
+            y,
+            first: self.first,
+        };
+        (own, others)
+    }
+
+    /// Inverts the diagonals of a front that has been eliminated.
+    fn invert(&mut self, panel: &[f64], size: usize) {
+        let diagonals = panel.iter().step_by(size + 1);
+        for (inverse, diagonal) in self.inverse.iter_mut().zip(diagonals) {
+            *inverse = 1.0 / diagonal;
+        }
+    }
+
+    /// Copies its columns.
+    fn store(self, panel: &[f64], size: usize) {
+        let mut below = self.below;
+        let columns = panel.chunks_exact(size.max(1)).enumerate();
+        for ((j, column), inverse) in columns.zip(self.inverse) {
+            let (own, others) = below.split_at_mut(size - j - 1);
+            below = others;
+            let lost = T::store(&column[j + 1..], own);
+            if lost != 0.0 {
+                *inverse = 1.0 / (column[j] + lost);
+            }
+        }
     }
 }
 
 /// The lower triangle of the Schur complement on the border of a part, by columns, and the
 /// right-hand side there.
-type Update<T> = (Vec<T>, Vec<f64>);
+type Update = (Vec<f64>, Vec<f64>);
 
-struct Work<'a, E, T> {
+struct Work<'a, E> {
     elements: &'a E,
     /// The elements and the unknowns in their orders.
     order: &'a [u32],
     unknowns: &'a [u32],
     /// Of the whole factor.
     entries: usize,
-    pool: Pool<T>,
+    pool: Pool,
 }
 
-impl<E: Elements, T: Number> Work<'_, E, T> {
-    /// Writes the columns of a part; `y` are its own pivots, which start at `first`.
-    fn factor(
-        &self,
-        plan: &Plan,
-        columns: &mut [T],
-        y: &mut [f64],
-        first: usize,
-    ) -> Result<Update<T>, Refused> {
+impl<E: Elements> Work<'_, E> {
+    /// Writes the columns of a part, and y := L⁻¹ y.
+    fn factor<T: Number>(&self, plan: &Plan, room: Room<T>) -> Result<Update, Refused> {
         cancel::check().map_err(Refused::Ended)?;
         let Some(halves) = &plan.halves else {
-            return self.factor_all(plan, columns, y, first);
+            return self.factor_all(plan, room);
         };
         let (left, right) = (&halves[0], &halves[1]);
-        let (of_left, others) = columns.split_at_mut(left.entries);
-        let (of_right, columns) = others.split_at_mut(right.entries);
-        let (y_left, y_rest) = y.split_at_mut(left.pivots);
-        let (y_right, y_own) = y_rest.split_at_mut(right.pivots);
-        let middle = first + left.pivots;
-        let own = middle + right.pivots;
+        let (of_left, others) = room.split_at(left.below(), left.pivots);
+        let (of_right, mut own) = others.split_at(right.below(), right.pivots);
         let (a, b) = rayon::join(
-            || self.factor(left, of_left, y_left, first),
-            || self.factor(right, of_right, y_right, middle),
+            || self.factor(left, of_left),
+            || self.factor(right, of_right),
         );
         let ((a_update, a_rest), (b_update, b_rest)) = (a?, b?);
         cancel::check().map_err(Refused::Ended)?;
@@ -230,7 +287,7 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         };
         let mut panel = self.pool.take(in_panel);
         let mut update = self.pool.take(in_update);
-        let (in_a, in_b) = plan.maps.split_at(left.border);
+        let (in_a, in_b) = plan.above.split_at(left.border);
         let own_panel = &mut panel[..in_panel];
         let own_update = &mut update[..in_update];
         sum_halves(
@@ -242,26 +299,22 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
         done(a_update);
         done(b_update);
         eliminate(own_panel, size, pivots, own_update)
-            .map_err(|k| Refused::NotPositive(self.unknowns[own + k]))?;
-        store(own_panel, size, columns);
+            .map_err(|k| Refused::NotPositive(self.unknowns[own.first + k]))?;
+        own.invert(own_panel, size);
+        let columns = Columns::InFront(own_panel, size);
+        let rest = forward_above(plan, columns, own.inverse, own.y, [&a_rest, &b_rest]);
+        own.store(own_panel, size);
         done(panel);
         pack(own_update, size - pivots);
         if is_last {
             update.truncate(triangle(size - pivots));
             update.shrink_to_fit();
         }
-        let rest = forward_above(plan, columns, y_own, [&a_rest, &b_rest]);
         Ok((update, rest))
     }
 
     /// The same for a part whose fronts are done one after the other.
-    fn factor_all(
-        &self,
-        plan: &Plan,
-        mut columns: &mut [T],
-        mut y: &mut [f64],
-        mut pivot: usize,
-    ) -> Result<Update<T>, Refused> {
+    fn factor_all<T: Number>(&self, plan: &Plan, mut room: Room<T>) -> Result<Update, Refused> {
         let size = self.elements.size();
         let mut matrix = vec![0.0; size * size];
         // Updates that wait for their other half, the last one on top, and the sizes of their borders.
@@ -312,15 +365,13 @@ impl<E: Elements, T: Number> Work<'_, E, T> {
                 target.add(columns_of(&stack[middle..top], r), in_second);
                 top = start;
             }
+            let (mut own, others) = room.split_at(front.below(), p);
+            room = others;
             eliminate(panel, f, p, update)
-                .map_err(|k| Refused::NotPositive(self.unknowns[pivot + k]))?;
-            pivot += p;
-            let (own, others) = std::mem::take(&mut columns).split_at_mut(front.entries());
-            store(panel, f, own);
-            columns = others;
-            let (own_y, others) = std::mem::take(&mut y).split_at_mut(p);
-            sides.forward(plan, front, own, own_y);
-            y = others;
+                .map_err(|k| Refused::NotPositive(self.unknowns[own.first + k]))?;
+            own.invert(panel, f);
+            sides.forward(plan, front, Columns::InFront(panel, f), own.inverse, own.y);
+            own.store(panel, f);
             let mut waits = &mut stack[top..];
             for (j, column) in update.chunks_exact(b.max(1)).enumerate() {
                 let (own, others) = waits.split_at_mut(b - j);
@@ -345,7 +396,7 @@ fn triangle(size: usize) -> usize {
 }
 
 /// Moves the lower triangle of a square to its front: what waits takes half of the room.
-fn pack<T: Number>(update: &mut [T], border: usize) {
+fn pack(update: &mut [f64], border: usize) {
     let mut end = 0;
     for j in 0..border {
         update.copy_within(j * border + j..(j + 1) * border, end);
@@ -354,7 +405,7 @@ fn pack<T: Number>(update: &mut [T], border: usize) {
 }
 
 /// The columns of a lower triangle that follow one another.
-fn columns_of<T>(update: &[T], border: usize) -> impl Iterator<Item = &[T]> {
+fn columns_of(update: &[f64], border: usize) -> impl Iterator<Item = &[f64]> {
     (1..=border).rev().scan(update, |rest, length| {
         let (column, other) = rest.split_at(length);
         *rest = other;
@@ -363,9 +414,9 @@ fn columns_of<T>(update: &[T], border: usize) -> impl Iterator<Item = &[T]> {
 }
 
 /// The symmetric matrix with this lower triangle, by columns.
-fn square<T: Number>(lower: &[T], size: usize) -> Mat<f64> {
+fn square(lower: &[f64], size: usize) -> Mat<f64> {
     let mut square = Mat::zeros(size, size);
-    let at = |i: usize, j: usize| lower[start_of(j, size) + i - j].wide();
+    let at = |i: usize, j: usize| lower[start_of(j, size) + i - j];
     let columns = square.as_mut().par_col_iter_mut().enumerate();
     columns.for_each(|(j, column)| {
         for (i, a) in column.iter_mut().enumerate() {
@@ -381,12 +432,7 @@ fn start_of(j: usize, size: usize) -> usize {
 }
 
 /// The front above two halves, the lower triangles of whose updates and their places in it these are.
-fn sum_halves<T: Number>(
-    front: &Front,
-    panel: &mut [T],
-    update: &mut [T],
-    halves: [(&[T], &[u32]); 2],
-) {
+fn sum_halves(front: &Front, panel: &mut [f64], update: &mut [f64], halves: [(&[f64], &[u32]); 2]) {
     let (size, pivots, border) = (front.size(), front.pivots as usize, front.border as usize);
     // The column of each half that comes to each one here.
     let mut sources = vec![[None; 2]; size];
@@ -397,8 +443,8 @@ fn sum_halves<T: Number>(
     }
     let runs = halves.map(|(_, places)| runs(places, pivots));
     // `column` starts in row `first`.
-    let sum = |j: usize, first: usize, column: &mut [T]| {
-        column[j - first..].fill(T::ZERO);
+    let sum = |j: usize, first: usize, column: &mut [f64]| {
+        column[j - first..].fill(0.0);
         for ((source, (update, places)), runs) in sources[j].iter().zip(&halves).zip(&runs) {
             let Some(k) = *source else { continue };
             let start = start_of(k, places.len());
@@ -435,24 +481,24 @@ const SHORT: usize = 16;
 const WHOLE: usize = 64;
 
 /// A front while it is summed.
-struct Target<'a, T> {
-    panel: &'a mut [T],
-    update: &'a mut [T],
+struct Target<'a> {
+    panel: &'a mut [f64],
+    update: &'a mut [f64],
     size: usize,
     pivots: usize,
 }
 
-impl<'a, T: Number> Target<'a, T> {
+impl<'a> Target<'a> {
     /// Clears the lower triangle of the front.
-    fn new(front: &Front, panel: &'a mut [T], update: &'a mut [T]) -> Self {
+    fn new(front: &Front, panel: &'a mut [f64], update: &'a mut [f64]) -> Self {
         let (size, border) = (front.size(), front.border as usize);
         for (rows, columns) in [(size, &mut *panel), (border, &mut *update)] {
             if rows <= WHOLE {
-                columns.fill(T::ZERO);
+                columns.fill(0.0);
                 continue;
             }
             for (j, column) in columns.chunks_exact_mut(rows).enumerate() {
-                column[j..].fill(T::ZERO);
+                column[j..].fill(0.0);
             }
         }
         Target {
@@ -464,7 +510,7 @@ impl<'a, T: Number> Target<'a, T> {
     }
 
     /// Column j of the front, and the row that it starts with.
-    fn column(&mut self, j: usize) -> (&mut [T], usize) {
+    fn column(&mut self, j: usize) -> (&mut [f64], usize) {
         if j < self.pivots {
             (&mut self.panel[j * self.size..(j + 1) * self.size], 0)
         } else {
@@ -483,17 +529,14 @@ impl<'a, T: Number> Target<'a, T> {
             let (column, first) = self.column(j as usize);
             for (value, &i) in values.iter().zip(places) {
                 if i >= j && i != Plan::FIXED {
-                    column[i as usize - first] += T::of(*value);
+                    column[i as usize - first] += *value;
                 }
             }
         }
     }
 
     /// Adds an update, the columns of whose lower triangle these are; `places` ascend.
-    fn add<'u>(&mut self, update: impl Iterator<Item = &'u [T]>, places: &[u32])
-    where
-        T: 'u,
-    {
+    fn add<'u>(&mut self, update: impl Iterator<Item = &'u [f64]>, places: &[u16]) {
         if places.len() <= SHORT {
             for (j, values) in update.enumerate() {
                 let (column, first) = self.column(places[j] as usize);
@@ -524,26 +567,16 @@ impl<'a, T: Number> Target<'a, T> {
 }
 
 /// Ranges of indices whose places follow one another, not across the end of the pivots.
-fn runs(places: &[u32], pivots: usize) -> Vec<(usize, usize)> {
+fn runs<P: Copy + Into<u32>>(places: &[P], pivots: usize) -> Vec<(usize, usize)> {
+    let place = |k: usize| places[k].into() as usize;
     let mut runs = Vec::with_capacity(8);
     let mut from = 0;
     for k in 1..=places.len() {
-        let goes_on =
-            k < places.len() && places[k] == places[k - 1] + 1 && places[k] as usize != pivots;
+        let goes_on = k < places.len() && place(k) == place(k - 1) + 1 && place(k) != pivots;
         if !goes_on {
             runs.push((from, k));
             from = k;
         }
     }
     runs
-}
-
-/// Copies the columns of a panel from their diagonals on, which are inverted.
-fn store<T: Number>(panel: &[T], size: usize, mut columns: &mut [T]) {
-    for (j, column) in panel.chunks_exact(size.max(1)).enumerate() {
-        let (own, others) = std::mem::take(&mut columns).split_at_mut(size - j);
-        own.copy_from_slice(&column[j..]);
-        own[0] = T::ONE / own[0];
-        columns = others;
-    }
 }

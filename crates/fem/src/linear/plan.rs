@@ -36,6 +36,11 @@ impl Front {
         p * (p + 1) / 2 + p * b
     }
 
+    /// The same without their diagonals.
+    pub fn below(&self) -> usize {
+        self.entries() - self.pivots as usize
+    }
+
     /// Multiplications and additions of its elimination.
     fn flops(&self) -> f64 {
         cholesky(f64::from(self.pivots), f64::from(self.border))
@@ -48,8 +53,10 @@ impl Front {
 pub(super) struct Plan {
     pub halves: Option<Box<[Plan; 2]>>,
     pub fronts: Vec<Front>,
-    /// Places in a front, of the borders below it.
-    pub maps: Vec<u32>,
+    /// Places in the fronts of a small part, of the borders below each.
+    pub maps: Vec<u16>,
+    /// The same in a front above two parts.
+    pub above: Vec<u32>,
     /// Places in the front of a leaf, of the unknowns of its elements; [`Plan::FIXED`] for none.
     pub places: Vec<u8>,
     /// The part's first element in the order of elements.
@@ -66,6 +73,11 @@ pub(super) struct Plan {
 
 impl Plan {
     pub const FIXED: u8 = u8::MAX;
+
+    /// Entries of the factor below its diagonal.
+    pub fn below(&self) -> usize {
+        self.entries - self.pivots
+    }
 }
 
 /// Numbers of elimination, from which the fronts are merged.
@@ -79,7 +91,7 @@ pub(super) struct Numbering<'a, E> {
     pub numbers: &'a [u32],
     /// The first pivot of each part.
     pub firsts: &'a [usize],
-    /// Parts up to this size are planned as one.
+    /// Parts up to this size are planned as one; their fronts have no more unknowns than a u16 counts.
     pub grain: usize,
 }
 
@@ -106,7 +118,7 @@ impl<E: Elements> Numbering<'_, E> {
             Some(left) if part.len() > self.grain => {
                 let (a, b) = rayon::join(|| self.plan(left), || self.plan(root - 1));
                 let mut front = Vec::new();
-                merge(&a.1, &b.1, &mut front, &mut plan.maps);
+                merge(&a.1, &b.1, &mut front, &mut plan.above);
                 let border = self
                     .close(&mut plan, root, 0, Front::OF_HALVES, &front)
                     .to_vec();
@@ -136,7 +148,8 @@ impl<E: Elements> Numbering<'_, E> {
         }
         // Borders of parts that wait for their other half, the last one on top, and how long each is.
         let (mut borders, mut counts) = (Vec::new(), Vec::new());
-        let (mut front, mut numbers, mut waiting) = (Vec::new(), Vec::new(), 0);
+        let (mut front, mut numbers, mut places) = (Vec::new(), Vec::new(), Vec::new());
+        let mut waiting = 0;
         let mut element = plan.from;
         let of_part = |at: &u32| *at < self.tree.parts[first].from;
         let mut aside = &self.aside_at[self.aside_at.partition_point(of_part)..];
@@ -162,7 +175,8 @@ impl<E: Elements> Numbering<'_, E> {
                 let start = borders.len() - p - q;
                 let (a, b) = borders[start..].split_at(p);
                 let map = plan.maps.len();
-                merge(a, b, &mut front, &mut plan.maps);
+                merge(a, b, &mut front, &mut places);
+                plan.maps.extend(places.iter().map(|&place| place as u16));
                 borders.truncate(start);
                 waiting -= p.pow(2) / 2 + q.pow(2) / 2;
                 (map, Front::OF_HALVES)
@@ -220,9 +234,8 @@ fn sort(numbers: &[u32], front: &mut Vec<u32>, places: &mut Vec<u8>) {
 
 /// The union of two ascending lists, and the places of both in it.
 fn merge(a: &[u32], b: &[u32], union: &mut Vec<u32>, places: &mut Vec<u32>) {
-    let start = places.len();
-    places.resize(start + a.len() + b.len(), 0);
-    let (in_a, in_b) = places[start..].split_at_mut(a.len());
+    places.resize(a.len() + b.len(), 0);
+    let (in_a, in_b) = places.split_at_mut(a.len());
     let (mut i, mut j) = (0, 0);
     while i < a.len() && j < b.len() {
         let place = union.len() as u32;

@@ -4,8 +4,6 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use super::kernels::Number;
-
 /// Zeros that all cores have written. The pages of `vec![0.0; n]` alone are the first user's to ask for, and twice where it
 /// reads before it writes: each then interrupts all cores.
 pub fn zeros(count: usize) -> Vec<f64> {
@@ -23,26 +21,26 @@ pub fn clear(x: &mut [f64]) {
 ///
 /// A front's room is large and short-lived. Asked of the system anew each time, most of a
 /// factorisation's time would go into pages that the system clears, and takes away from all threads.
-pub(super) struct Pool<T>(Mutex<Vec<Vec<T>>>);
+pub(super) struct Pool(Mutex<Vec<Vec<f64>>>);
 
-impl<T: Number> Pool<T> {
+impl Pool {
     pub fn new() -> Self {
         Pool(Mutex::new(Vec::new()))
     }
 
     /// Room for `count` numbers, which are anything: the smallest buffer that has it, or a new one in
     /// the place of the largest.
-    pub fn take(&self, count: usize) -> Vec<T> {
+    pub fn take(&self, count: usize) -> Vec<f64> {
         match self.find(count) {
             Some(buffer) if buffer.len() >= count => buffer,
             too_small => {
                 drop(too_small);
-                vec![T::ZERO; count]
+                vec![0.0; count]
             }
         }
     }
 
-    pub fn give(&self, buffer: Vec<T>) {
+    pub fn give(&self, buffer: Vec<f64>) {
         if let Ok(mut buffers) = self.0.lock() {
             buffers.push(buffer);
         }
@@ -55,7 +53,7 @@ impl<T: Number> Pool<T> {
         }
     }
 
-    fn find(&self, count: usize) -> Option<Vec<T>> {
+    fn find(&self, count: usize) -> Option<Vec<f64>> {
         let mut buffers = self.0.lock().ok()?;
         let best = (0..buffers.len()).min_by_key(|&k| match buffers[k].len() {
             room if room >= count => (0, room),
@@ -79,7 +77,7 @@ mod tests {
 
     #[test]
     fn the_smallest_room_that_suffices_is_taken_and_the_largest_makes_way() {
-        let pool = Pool::<f64>::new();
+        let pool = Pool::new();
         let rooms = [30, 10, 20].map(|count| pool.take(count));
         rooms.into_iter().for_each(|room| pool.give(room));
         assert_eq!(pool.take(15).len(), 20);

@@ -3,6 +3,64 @@
 use super::kernels::{Number, dot};
 use super::plan::{Front, Plan};
 
+/// The columns of a part with its share of a vector: what is below their diagonals, these inverted, and y.
+pub(super) struct Share<'a, T> {
+    pub below: &'a [T],
+    pub inverse: &'a [f64],
+    pub y: &'a mut [f64],
+}
+
+impl<'a, T> Share<'a, T> {
+    /// Those of the first pivots, of whose columns `below` entries are, and those of the others.
+    pub fn split_at(self, below: usize, pivots: usize) -> (Self, Self) {
+        let (below, other_below) = self.below.split_at(below);
+        let (inverse, other_inverse) = self.inverse.split_at(pivots);
+        let (y, other_y) = self.y.split_at_mut(pivots);
+        let others = Share {
+            below: other_below,
+            inverse: other_inverse,
+            y: other_y,
+        };
+        (Share { below, inverse, y }, others)
+    }
+
+    /// Those of the two halves, and of the front above them.
+    fn thirds(self, [left, right]: &[Plan; 2]) -> [Self; 3] {
+        let (of_left, others) = self.split_at(left.below(), left.pivots);
+        let (of_right, own) = others.split_at(right.below(), right.pivots);
+        [of_left, of_right, own]
+    }
+}
+
+/// The columns of a front, below their diagonals.
+#[derive(Clone, Copy)]
+pub(super) enum Columns<'a, T> {
+    /// As they are stored, one behind the other.
+    Stored(&'a [T]),
+    /// In a front that has just been eliminated, by columns with so many rows.
+    InFront(&'a [T], usize),
+}
+
+impl<'a, T: Copy> Columns<'a, T> {
+    /// Column j of a front with `size` rows.
+    #[inline(always)]
+    fn at(self, j: usize, size: usize) -> &'a [T] {
+        match self {
+            Columns::Stored(columns) => {
+                let start = j * size - j * (j + 1) / 2;
+                &columns[start..start + size - j - 1]
+            }
+            Columns::InFront(columns, rows) => &columns[j * rows + j + 1..(j + 1) * rows],
+        }
+    }
+
+    /// Four that follow one another.
+    #[inline(always)]
+    fn four(self, j: usize, size: usize) -> [&'a [T]; FOUR] {
+        std::array::from_fn(|k| self.at(j + k, size))
+    }
+}
+
 /// Right-hand sides in the fronts of a part that are done one after the other.
 #[derive(Default)]
 pub(super) struct Sides {
@@ -15,7 +73,14 @@ pub(super) struct Sides {
 
 impl Sides {
     /// y := L⁻¹ y in the next front of the part.
-    pub fn forward<T: Number>(&mut self, plan: &Plan, front: &Front, columns: &[T], y: &mut [f64]) {
+    pub fn forward<T: Number>(
+        &mut self,
+        plan: &Plan,
+        front: &Front,
+        columns: Columns<T>,
+        inverse: &[f64],
+        y: &mut [f64],
+    ) {
         self.x.clear();
         self.x.extend_from_slice(y);
         self.x.resize(front.size(), 0.0);
@@ -26,7 +91,7 @@ impl Sides {
             add(&mut self.x, places, &self.waiting[below..]);
             self.waiting.truncate(below);
         }
-        forward_front(columns, y.len(), &mut self.x);
+        forward_front(columns, inverse, &mut self.x);
         let (pivots, border) = self.x.split_at(y.len());
         y.copy_from_slice(pivots);
         self.waiting.extend_from_slice(border);
@@ -39,93 +104,80 @@ impl Sides {
     }
 }
 
-fn add(x: &mut [f64], places: &[u32], values: &[f64]) {
+fn add<P: Copy + Into<u32>>(x: &mut [f64], places: &[P], values: &[f64]) {
     for (&place, value) in places.iter().zip(values) {
-        x[place as usize] += value;
+        x[place.into() as usize] += value;
     }
 }
 
 /// y := L⁻¹ y in a front above two parts, which left `below`; returns what it leaves on the border.
 pub(super) fn forward_above<T: Number>(
     plan: &Plan,
-    columns: &[T],
+    columns: Columns<T>,
+    inverse: &[f64],
     y: &mut [f64],
     below: [&[f64]; 2],
 ) -> Vec<f64> {
     let mut x = vec![0.0; plan.fronts[0].size()];
     x[..y.len()].copy_from_slice(y);
-    let (in_left, in_right) = plan.maps.split_at(below[0].len());
+    let (in_left, in_right) = plan.above.split_at(below[0].len());
     add(&mut x, in_left, below[0]);
     add(&mut x, in_right, below[1]);
-    forward_front(columns, y.len(), &mut x);
+    forward_front(columns, inverse, &mut x);
     y.copy_from_slice(&x[..y.len()]);
     x.split_off(y.len())
 }
 
 /// x := L⁻¹ x in one front; `x` are what comes to its pivots and to its border.
-fn forward_front<T: Number>(mut columns: &[T], pivots: usize, mut x: &mut [f64]) {
-    for _ in 0..pivots / FOUR {
-        let (four, others) = columns.split_at(FOUR * x.len() - 6);
-        let [a, b, c, d] = four_columns(four, x.len());
-        let (heads, tail) = x.split_at_mut(FOUR);
-        heads[0] *= a[0].wide();
-        heads[1] = (heads[1] - a[1].wide() * heads[0]) * b[0].wide();
-        heads[2] = (heads[2] - (a[2].wide() * heads[0] + b[1].wide() * heads[1])) * c[0].wide();
-        let of_others = a[3].wide() * heads[0] + b[2].wide() * heads[1] + c[1].wide() * heads[2];
-        heads[3] = (heads[3] - of_others) * d[0].wide();
-        let rows = a[4..].iter().zip(&b[3..]).zip(&c[2..]).zip(&d[1..]);
+fn forward_front<T: Number>(columns: Columns<T>, inverse: &[f64], x: &mut [f64]) {
+    let size = x.len();
+    let single = inverse.len() - inverse.len() % FOUR;
+    for j in (0..single).step_by(FOUR) {
+        let [a, b, c, d] = columns.four(j, size);
+        let (heads, tail) = x[j..].split_at_mut(FOUR);
+        heads[0] *= inverse[j];
+        heads[1] = (heads[1] - a[0].wide() * heads[0]) * inverse[j + 1];
+        heads[2] = (heads[2] - (a[1].wide() * heads[0] + b[0].wide() * heads[1])) * inverse[j + 2];
+        let of_others = a[2].wide() * heads[0] + b[1].wide() * heads[1] + c[0].wide() * heads[2];
+        heads[3] = (heads[3] - of_others) * inverse[j + 3];
+        let rows = a[3..].iter().zip(&b[2..]).zip(&c[1..]).zip(d);
         for (x, (((a, b), c), d)) in tail.iter_mut().zip(rows) {
             *x -= (a.wide() * heads[0] + b.wide() * heads[1])
                 + (c.wide() * heads[2] + d.wide() * heads[3]);
         }
-        (columns, x) = (others, tail);
     }
-    for _ in 0..pivots % FOUR {
-        let (column, others) = columns.split_at(x.len());
-        let (head, tail) = x.split_at_mut(1);
-        head[0] *= column[0].wide();
-        for (x, l) in tail.iter_mut().zip(&column[1..]) {
+    for j in single..inverse.len() {
+        let (head, tail) = x[j..].split_at_mut(1);
+        head[0] *= inverse[j];
+        for (x, l) in tail.iter_mut().zip(columns.at(j, size)) {
             *x -= l.wide() * head[0];
         }
-        (columns, x) = (others, tail);
     }
 }
 
 /// x := L⁻ᵀ x in one front; `x` are y of its pivots and the values on its border.
-fn backward_front<T: Number>(mut columns: &[T], pivots: usize, x: &mut [f64]) {
-    let single = pivots - pivots % FOUR;
-    for j in (single..pivots).rev() {
-        let (others, column) = columns.split_at(columns.len() - (x.len() - j));
-        columns = others;
+fn backward_front<T: Number>(columns: &[T], inverse: &[f64], x: &mut [f64]) {
+    let (columns, size) = (Columns::Stored(columns), x.len());
+    let single = inverse.len() - inverse.len() % FOUR;
+    for j in (single..inverse.len()).rev() {
         let (head, tail) = x[j..].split_at_mut(1);
-        head[0] = (head[0] - dot(&column[1..], tail)) * column[0].wide();
+        head[0] = (head[0] - dot(columns.at(j, size), tail)) * inverse[j];
     }
     for j in (0..single).step_by(FOUR).rev() {
-        let x = &mut x[j..];
-        let (others, four) = columns.split_at(columns.len() - (FOUR * x.len() - 6));
-        columns = others;
-        let [a, b, c, d] = four_columns(four, x.len());
-        let (heads, tail) = x.split_at_mut(FOUR);
-        let of_tail = dots([&a[4..], &b[3..], &c[2..], &d[1..]], tail);
-        heads[3] = (heads[3] - of_tail[3]) * d[0].wide();
-        heads[2] = (heads[2] - (of_tail[2] + c[1].wide() * heads[3])) * c[0].wide();
-        let of_others = b[1].wide() * heads[2] + b[2].wide() * heads[3];
-        heads[1] = (heads[1] - (of_tail[1] + of_others)) * b[0].wide();
-        let of_others = a[1].wide() * heads[1] + a[2].wide() * heads[2] + a[3].wide() * heads[3];
-        heads[0] = (heads[0] - (of_tail[0] + of_others)) * a[0].wide();
+        let [a, b, c, d] = columns.four(j, size);
+        let (heads, tail) = x[j..].split_at_mut(FOUR);
+        let of_tail = dots([&a[3..], &b[2..], &c[1..], d], tail);
+        heads[3] = (heads[3] - of_tail[3]) * inverse[j + 3];
+        heads[2] = (heads[2] - (of_tail[2] + c[0].wide() * heads[3])) * inverse[j + 2];
+        let of_others = b[0].wide() * heads[2] + b[1].wide() * heads[3];
+        heads[1] = (heads[1] - (of_tail[1] + of_others)) * inverse[j + 1];
+        let of_others = a[0].wide() * heads[1] + a[1].wide() * heads[2] + a[2].wide() * heads[3];
+        heads[0] = (heads[0] - (of_tail[0] + of_others)) * inverse[j];
     }
 }
 
 /// So many columns at a time: what they are multiplied with is read once for all of them.
 const FOUR: usize = 4;
-
-/// Four columns, of which the first has `length` entries and each other one less than the one before.
-fn four_columns<T>(columns: &[T], length: usize) -> [&[T]; FOUR] {
-    let (a, rest) = columns.split_at(length);
-    let (b, rest) = rest.split_at(length - 1);
-    let (c, d) = rest.split_at(length - 2);
-    [a, b, c, d]
-}
 
 /// The products of four vectors with one.
 fn dots<T: Number>(vectors: [&[T]; FOUR], x: &[f64]) -> [f64; FOUR] {
@@ -149,72 +201,61 @@ fn dots<T: Number>(vectors: [&[T]; FOUR], x: &[f64]) -> [f64; FOUR] {
 }
 
 /// y := L⁻¹ y of a part; returns what it leaves on the border.
-pub(super) fn forward<T: Number>(plan: &Plan, columns: &[T], y: &mut [f64]) -> Vec<f64> {
+pub(super) fn forward<T: Number>(plan: &Plan, share: Share<T>) -> Vec<f64> {
     let Some(halves) = &plan.halves else {
-        return forward_all(plan, columns, y);
+        return forward_all(plan, share);
     };
-    let (left, right) = (&halves[0], &halves[1]);
-    let (of_left, others) = columns.split_at(left.entries);
-    let (of_right, columns) = others.split_at(right.entries);
-    let (y_left, y_rest) = y.split_at_mut(left.pivots);
-    let (y_right, y_own) = y_rest.split_at_mut(right.pivots);
+    let [of_left, of_right, own] = share.thirds(halves);
     let (a, b) = rayon::join(
-        || forward(left, of_left, y_left),
-        || forward(right, of_right, y_right),
+        || forward(&halves[0], of_left),
+        || forward(&halves[1], of_right),
     );
-    forward_above(plan, columns, y_own, [&a, &b])
+    let columns = Columns::Stored(own.below);
+    forward_above(plan, columns, own.inverse, own.y, [&a, &b])
 }
 
-fn forward_all<T: Number>(plan: &Plan, mut columns: &[T], mut y: &mut [f64]) -> Vec<f64> {
+fn forward_all<T: Number>(plan: &Plan, mut share: Share<T>) -> Vec<f64> {
     let mut sides = Sides::default();
     for front in &plan.fronts {
-        let (own, other) = columns.split_at(front.entries());
-        columns = other;
-        let (pivots, others) = y.split_at_mut(front.pivots as usize);
-        y = others;
-        sides.forward(plan, front, own, pivots);
+        let (own, others) = share.split_at(front.below(), front.pivots as usize);
+        share = others;
+        sides.forward(plan, front, Columns::Stored(own.below), own.inverse, own.y);
     }
     sides.rest()
 }
 
 /// y := L⁻ᵀ y of a part, `border` the values on its border.
-pub(super) fn backward<T: Number>(plan: &Plan, columns: &[T], y: &mut [f64], border: &[f64]) {
+pub(super) fn backward<T: Number>(plan: &Plan, share: Share<T>, border: &[f64]) {
     let Some(halves) = &plan.halves else {
-        return backward_all(plan, columns, y, border);
+        return backward_all(plan, share, border);
     };
-    let (left, right) = (&halves[0], &halves[1]);
-    let (of_left, others) = columns.split_at(left.entries);
-    let (of_right, columns) = others.split_at(right.entries);
-    let (y_left, y_rest) = y.split_at_mut(left.pivots);
-    let (y_right, y_own) = y_rest.split_at_mut(right.pivots);
-    let mut x = [&*y_own, border].concat();
-    backward_front(columns, y_own.len(), &mut x);
-    y_own.copy_from_slice(&x[..y_own.len()]);
-    let (in_left, in_right) = plan.maps.split_at(left.border);
+    let [of_left, of_right, own] = share.thirds(halves);
+    let mut x = [&*own.y, border].concat();
+    backward_front(own.below, own.inverse, &mut x);
+    own.y.copy_from_slice(&x[..own.y.len()]);
+    let (in_left, in_right) = plan.above.split_at(halves[0].border);
     rayon::join(
-        || backward(left, of_left, y_left, &take(&x, in_left)),
-        || backward(right, of_right, y_right, &take(&x, in_right)),
+        || backward(&halves[0], of_left, &take(&x, in_left)),
+        || backward(&halves[1], of_right, &take(&x, in_right)),
     );
 }
 
-fn backward_all<T: Number>(plan: &Plan, mut columns: &[T], mut y: &mut [f64], border: &[f64]) {
+fn backward_all<T: Number>(plan: &Plan, mut share: Share<T>, border: &[f64]) {
     // Values on the borders of the fronts to come, the next one's last.
     let mut waiting = border.to_vec();
     let (mut x, mut map_end) = (Vec::new(), plan.maps.len());
     for front in plan.fronts.iter().rev() {
         let pivots = front.pivots as usize;
-        let (others, own) = columns.split_at(columns.len() - front.entries());
-        columns = others;
-        let split = y.len() - pivots;
-        let (rest, own_y) = std::mem::take(&mut y).split_at_mut(split);
-        y = rest;
+        let (below, before) = (share.below.len() - front.below(), share.y.len() - pivots);
+        let (rest, own) = share.split_at(below, before);
+        share = rest;
         let start = waiting.len() - front.border as usize;
         x.clear();
-        x.extend_from_slice(own_y);
+        x.extend_from_slice(own.y);
         x.extend_from_slice(&waiting[start..]);
         waiting.truncate(start);
-        backward_front(own, pivots, &mut x);
-        own_y.copy_from_slice(&x[..pivots]);
+        backward_front(own.below, own.inverse, &mut x);
+        own.y.copy_from_slice(&x[..pivots]);
         if !front.is_leaf() {
             let maps = &plan.maps[front.map as usize..map_end];
             map_end = front.map as usize;
