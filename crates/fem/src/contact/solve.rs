@@ -298,8 +298,8 @@ const REFINEMENTS: usize = 20;
 
 /// Steps at all dofs until they are at rounding and the backward error is below `limit`; what is wrong where they do not
 /// come there, and that error. From a factor in f64 one step does, or two from faer's, which knows the Schur complement
-/// less well: without them the condition of the stiffness, of order h⁻², would show in the last digits. From one in f32,
-/// or after a loose tolerance, the active set is only right as far as u resolves it, and is updated with it.
+/// less well: without them the condition of the stiffness, of order h⁻², would show in the last digits. From one in f32 each
+/// step brings six digits. After a loose tolerance the active set is only right as far as u resolves it, and is updated with it.
 fn refine(
     problem: &Problem,
     scheme: &dyn System,
@@ -320,8 +320,9 @@ fn refine(
         tracing::debug!(step, size, "refinement");
         let mut rests = step >= least && size <= SETTLED;
         if choice.precision == Precision::F32Refined {
-            // What the next step would be, but for rounding.
-            rests &= size * (size / last) <= f64::EPSILON || size > 0.5 * last;
+            // It is at rounding, or the next one would be; or steps grow smaller no more.
+            let is_last = size <= f64::EPSILON || size * (size / last) <= f64::EPSILON;
+            rests &= is_last || size > 0.5 * last;
         }
         last = size;
         if rests {

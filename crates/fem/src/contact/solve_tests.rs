@@ -230,6 +230,28 @@ fn without_contact_one_solve_is_all() {
     }
 }
 
+/// Steps of refinement that are all zero end.
+#[test]
+fn without_any_load_u_is_zero() {
+    let scene = scene(|data, boundary| {
+        data.f = formula("0");
+        boundary.neumann.append(&mut boundary.contact);
+    });
+    let discretisation = Discretisation::of(&scene, Method::cr());
+    let mesh = square(8);
+    let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+    for precision in [Precision::F64, Precision::F32Refined] {
+        let settings = Settings {
+            solver: Solver::Multifrontal,
+            precision,
+        };
+        let (newton, stop) = (Iteration::Newton, Stop::default());
+        let solution = solve_by(&problem, newton, stop, settings, |_, _| Ok(())).unwrap();
+        assert!(solution.converged, "{precision}");
+        assert!(solution.u.iter().all(|u| *u == 0.0), "{precision}");
+    }
+}
+
 /// The same number of threads gives the same bits; another number differs by rounding at most.
 #[test]
 fn two_runs_are_the_same_and_threads_differ_by_rounding() {
