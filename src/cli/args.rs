@@ -555,9 +555,9 @@ pub(super) struct Solve {
     /// What solves linear systems: auto, multifrontal, faer or iterative (Rust engine only)
     #[arg(long, value_name = "SOLVER", default_value = "auto")]
     pub linear: Solver,
-    /// Numbers of the factor: f64, or f32-refined, which takes half the memory and is refined to
-    /// the same digits (Rust engine only)
-    #[arg(long, default_value = "f64")]
+    /// Numbers of the factor: f64, f32-refined, which takes half the memory and is refined to the same
+    /// digits, or auto, which takes f32 for large factors (Rust engine only)
+    #[arg(long, default_value = "auto")]
     pub precision: Precision,
     /// Refine until the certified relative error, in the energy norm or of the contact force, is below TOL (Rust engine only)
     #[arg(long, value_name = "TOL[:g|v|u_h|contact-force]", value_parser = accuracy, allow_negative_numbers = true, conflicts_with_all = ["n", "mesh", "engine", "iteration"])]

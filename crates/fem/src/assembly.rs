@@ -63,10 +63,8 @@ fn add_over_cells(
         });
     };
     let mut add = |first: usize, vectors: &[f64]| {
-        for (cell, vector) in of(first).zip(vectors.chunks_exact(local)) {
-            for (&dof, value) in space.cell_dofs(cell).iter().zip(vector) {
-                sum[dof as usize] += value;
-            }
+        for (&dof, value) in space.dofs_of_cells(of(first)).iter().zip(vectors) {
+            sum[dof as usize] += value;
         }
     };
     // What was formed is added up while the next is.

@@ -35,22 +35,32 @@ impl Stiffness<'_> {
         &self,
         u: &[f64],
         y: &mut [f64],
-        form: impl Fn(&[f64; L], &[f64; 6], &mut [f64; L]) + Sync,
+        form: impl Fn(&[f64; L], &[f64], &mut [f64; L]) + Sync,
     ) {
         // The same for all pairs, as the elements are symmetric.
         let scale = self
             .pairs
             .first()
             .map_or(0.0, |(i, _, reference)| reference[i * L + i]);
+        let pairs = const { L * (L - 1) / 2 };
+        let kept = self.weights.get();
         clear(y);
         add_over_cells(&self.space, y, |cells, vectors| {
-            for (cell, y) in cells.zip(vectors.as_chunks_mut().0) {
-                let mut at = [0.0; L];
-                for (at, &dof) in at.iter_mut().zip(self.space.cell_dofs(cell)) {
-                    *at = scale * u[dof as usize];
-                }
+            let dofs = self.space.dofs_of_cells(cells.clone()).as_chunks().0;
+            let of_cells = dofs.iter().zip(vectors.as_chunks_mut().0);
+            for (cell, (dofs, y)) in cells.zip(of_cells) {
+                let at: &[u32; L] = dofs;
+                let at = at.map(|dof| scale * u[dof as usize]);
+                let anew;
+                let weights = match kept {
+                    Some(kept) => &kept[cell * pairs..][..pairs],
+                    None => {
+                        anew = self.weights_of(cell);
+                        &anew[..pairs]
+                    }
+                };
                 *y = [0.0; L];
-                form(&at, &self.weights_at(cell), y);
+                form(&at, weights, y);
             }
         });
     }
@@ -58,7 +68,7 @@ impl Stiffness<'_> {
 
 /// Visits the pairs i < j of L, in the order of the weights, with lengths that are known.
 #[inline(always)]
-fn for_each_pair<const L: usize>(weights: &[f64; 6], mut visit: impl FnMut(f64, usize, usize)) {
+fn for_each_pair<const L: usize>(weights: &[f64], mut visit: impl FnMut(f64, usize, usize)) {
     let mut pair = 0;
     for j in 0..L {
         for i in 0..j {

@@ -17,14 +17,18 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
         return Ok(());
     }
     let (mesh, local) = (space.mesh, space.local_dofs);
-    let rule: Vec<([f64; 4], f64, Basis)> = rule
-        .iter()
-        .map(|(lambda, weight)| (lambda, weight, space.element.values(mesh.dim, &lambda)))
-        .collect();
+    // The values of the basis times the weight.
+    let weighted = |(lambda, weight): ([f64; 4], f64)| -> ([f64; 4], Basis) {
+        let values = space.element.values(mesh.dim, &lambda);
+        (lambda, values.map(|phi| weight * phi))
+    };
+    let rule: Vec<_> = rule.iter().map(weighted).collect();
     add_over_cells(space, b, |cells, vectors| {
         let mut points = Vec::with_capacity(cells.len() * rule.len());
-        for cell in cells.clone() {
+        let mut measures = Vec::with_capacity(cells.len());
+        for cell in cells {
             let vertices = mesh.vertices(cell);
+            measures.push(mesh.measure(cell));
             points.extend(rule.iter().map(|([a, b, c, d], ..)| -> [f64; 3] {
                 // In 2D d and the fourth vertex are 0.
                 let [p, q, r, s] = &vertices;
@@ -34,12 +38,13 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
         let mut values = vec![0.0; points.len()];
         f.values(&points, &mut values);
         let of_cells = values.chunks_exact(rule.len());
-        for ((cell, vector), values) in cells.zip(vectors.chunks_exact_mut(local)).zip(of_cells) {
-            let measure = mesh.measure(cell);
+        let of_cells = of_cells.zip(measures).zip(vectors.chunks_exact_mut(local));
+        for ((values, measure), vector) in of_cells {
             vector.fill(0.0);
-            for ((_, weight, phi), value) in rule.iter().zip(values) {
+            for ((_, phi), value) in rule.iter().zip(values) {
+                let weight = measure * value;
                 for (sum, phi) in vector.iter_mut().zip(phi) {
-                    *sum += weight * measure * value * phi;
+                    *sum += weight * phi;
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::assembly::{Iterated, Stiffness, iterations};
 use crate::contact::Problem;
-use crate::linear::{Choice, Factor, Reduced, Role, Settings, Solver, condense, norm};
+use crate::linear::{Choice, Factor, Precision, Reduced, Role, Settings, Solver, condense, norm};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
@@ -67,7 +67,7 @@ impl<'a> Poisson<'a> {
     ) -> Result<Option<Reduced>> {
         let settings = Settings {
             solver,
-            ..Settings::default()
+            precision: Precision::F64,
         };
         let condensed = condense(
             &self.stiffness,

@@ -35,7 +35,8 @@ pub(super) struct Condensed<'a> {
     floating: Option<Vec<Option<u32>>>,
     choice: Choice,
     factor: Factor,
-    reduced: Reduced,
+    /// b condensed, until u is completed with it.
+    reduced: Cell<Option<Reduced>>,
     /// The energy where the iteration starts.
     started: f64,
     /// S with the shift, and the shift with the other sign.
@@ -186,7 +187,7 @@ impl<'a> Condensed<'a> {
             load: reduced.kept().to_vec(),
             started: reduced.energy().max(0.0),
             factor,
-            reduced,
+            reduced: Cell::new(Some(reduced)),
             schur,
             shift,
             kept,
@@ -427,7 +428,10 @@ impl System for Condensed<'_> {
     fn complete(&self, on_kept: &[f64]) -> Vec<f64> {
         let mut u = self.problem.start();
         let kept = &on_kept[..self.load.len()];
-        self.factor.expand(self.reduced.clone(), kept, &mut u);
+        let reduced = self.reduced.take();
+        let anew = || self.factor.reduce(&right_side(&self.scheme));
+        self.factor
+            .expand(reduced.unwrap_or_else(anew), kept, &mut u);
         u
     }
 

@@ -12,7 +12,7 @@ use super::scheme::Scheme;
 use super::sensitivity::{for_each_contact_term, moved_by_rounding};
 use super::solution::{Ended, Solution, Stop, Timings};
 use super::system::{Energy, System, Weights, largest, plus};
-use crate::linear::{Precision, Settings, Solver};
+use crate::linear::{Choice, Precision, Settings, Solver};
 use faceoff_mesh::error::{Error, Result};
 use rayon::prelude::*;
 
@@ -93,17 +93,31 @@ pub fn solve_by(
         _ => Scheme::as_it_stands(problem),
     };
     let system = system(rows, settings)?;
-    let was_chosen = settings.solver == Solver::Auto && system.choice().solver == Solver::Iterative;
-    match iterate(problem, system, clock, iteration, stop, &mut progress) {
-        Err(Error::Solver { what, .. }) if was_chosen => {
-            tracing::info!(what, "factorisation instead of iterations");
-            let settings = Settings {
-                solver: Solver::Multifrontal,
-                ..settings
-            };
+    let safer = safer(settings, system.choice());
+    match (
+        iterate(problem, system, clock, iteration, stop, &mut progress),
+        safer,
+    ) {
+        (Err(Error::Solver { what, .. }), Some(settings)) => {
+            tracing::info!(what, solver = %settings.solver, precision = %settings.precision, "solved again");
             solve_by(problem, iteration, stop, settings, progress)
         }
-        ended => ended,
+        (ended, _) => ended,
+    }
+}
+
+/// What solves where what was chosen because it is faster, or takes less memory, does not.
+fn safer(settings: Settings, choice: Choice) -> Option<Settings> {
+    match (settings.solver, settings.precision) {
+        (Solver::Auto, _) if choice.solver == Solver::Iterative => Some(Settings {
+            solver: Solver::Multifrontal,
+            ..settings
+        }),
+        (_, Precision::Auto) if choice.precision == Precision::F32Refined => Some(Settings {
+            precision: Precision::F64,
+            ..settings
+        }),
+        _ => None,
     }
 }
 
@@ -311,7 +325,7 @@ fn refine(
     let choice = scheme.choice();
     let least = match (choice.precision, choice.solver) {
         (Precision::F32Refined, _) | (_, Solver::Faer) => 2,
-        (Precision::F64, _) => 1,
+        (Precision::F64 | Precision::Auto, _) => 1,
     };
     let mut last = f64::INFINITY;
     for step in 1..=REFINEMENTS {
@@ -334,6 +348,14 @@ fn refine(
             }
             set.pivot(scheme, &scheme.restrict(u));
         }
+    }
+    if choice.precision == Precision::F32Refined {
+        return Err(Error::Solver {
+            what: format!(
+                "{REFINEMENTS} steps of refinement with a factor in f32 do not settle (the last one is {last:.1e} of u)"
+            ),
+            remedy: "use --precision f64".into(),
+        });
     }
     let failed = if last <= SETTLED {
         Ended::NotReached

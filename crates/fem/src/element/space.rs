@@ -56,11 +56,16 @@ impl<'a> Space<'a> {
 
     /// Dofs of a cell in the order of the local nodes.
     pub fn cell_dofs(&self, cell: usize) -> &[u32] {
+        self.dofs_of_cells(cell..cell + 1)
+    }
+
+    /// The dofs of cells that follow one another.
+    pub fn dofs_of_cells(&self, cells: std::ops::Range<usize>) -> &[u32] {
         let all = match &self.numbering {
             Numbering::Mesh(all) => all,
             Numbering::Own(all, _) => &all[..],
         };
-        &all[self.local_dofs * cell..self.local_dofs * (cell + 1)]
+        &all[self.local_dofs * cells.start..self.local_dofs * cells.end]
     }
 
     /// Where a dof is the value of the function.

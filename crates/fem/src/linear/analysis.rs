@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use super::bisection::{Part, Tree};
-use super::frontier::{Count, STEPS, cholesky, frontier};
+use super::frontier::{self, Counts, STEPS, cholesky};
 use super::lu_plan::LuPlan;
 use super::plan::{Numbering, Plan};
 use super::schur::Entry;
@@ -77,7 +77,8 @@ impl Analysis {
             .filter(|&e| of_elements[e as usize] != Role::Fixed)
             .collect();
         let tree = Tree::new(&members, |e| elements.centre(e as usize));
-        let (first_at, last_at) = spans(elements, &tree, roles);
+        let positions = inverse(&[&tree.order], elements.count());
+        let (first_at, last_at) = spans(elements, &positions, roles);
         let (mut owners, leaf_at, above) = owners(&tree, &first_at, &last_at);
         // Of one element aside alone: it can be eliminated before all others.
         let is_private = |k: usize| {
@@ -87,29 +88,23 @@ impl Analysis {
                 && first != NONE
                 && !is_inside(tree.order[first as usize])
         };
-        let mut counts = vec![Count::default(); tree.parts.len()];
-        let is_condensed = roles.contains(&Role::Kept) && !is_whole;
+        let mut counts = Counts::new(tree.parts.len());
+        let mut near = Vec::new();
         let unknowns = || (0..roles.len()).into_par_iter().with_min_len(TASK);
-        if is_condensed {
+        if roles.contains(&Role::Kept) && !is_whole {
             let is_counted = |&k: &usize| roles[k] == Role::Kept && !is_private(k);
-            let of_parts = unknowns().filter(is_counted).map(|k| owners[k]);
-            for owner in of_parts.collect::<Vec<u32>>() {
-                if owner != NONE {
-                    counts[owner as usize].kept += 1;
-                }
-            }
-            count_eliminated_and_shared(
-                elements,
-                &tree,
-                &owners,
-                &leaf_at,
-                &above,
-                roles,
-                &mut counts,
-            );
+            let to_keep: Vec<usize> = unknowns().filter(is_counted).collect();
+            let places = Places {
+                positions: &positions,
+                owners: &owners,
+                leaf_at: &leaf_at,
+                above: &above,
+            };
+            near = places.count(elements, &tree, roles, &to_keep, &mut counts);
         }
-        let within = frontier(&tree, &counts, !is_condensed);
-        let is_above = |owner: u32| owner != NONE && within[owner as usize].is_none();
+        drop(positions);
+        let open = frontier::open(&tree, &counts, &near, &above);
+        let is_above = |owner: u32| owner != NONE && open[owner as usize];
         let is_kept = |&k: &usize| match roles[k] {
             Role::Fixed => false,
             Role::Kept => true,
@@ -123,9 +118,15 @@ impl Analysis {
             if is_private(k as usize) {
                 alone.push((first_at[k as usize], number));
             } else {
-                // An unknown of no element has ties alone, and comes last.
-                let part = within.get(owner as usize).copied().flatten();
-                of_parts.push((part.unwrap_or(owner), number));
+                // An unknown of no element has ties alone, and comes last. What is not above the frontier comes with what is.
+                let mut part = owner;
+                while part != NONE
+                    && above[part as usize] != NONE
+                    && !is_above(above[part as usize])
+                {
+                    part = above[part as usize];
+                }
+                of_parts.push((part, number));
             }
         }
         let groups = [grouped(alone), grouped(of_parts)].concat();
@@ -153,9 +154,15 @@ impl Analysis {
                 .max(256)
                 .min(u16::MAX as usize / elements.size()),
         };
-        let roots: Vec<usize> = (0..tree.parts.len())
-            .filter(|&k| within[k] == Some(k as u32) && !numbering.inside_of(k).is_empty())
-            .collect();
+        let opened = near.iter().filter(|&&k| is_above(k));
+        let halves = opened.flat_map(|&k| {
+            let left = tree.parts[k as usize].left();
+            left.into_iter()
+                .flat_map(move |left| [left, k as usize - 1])
+        });
+        let mut roots: Vec<usize> = halves.chain(tree.parts.len().checked_sub(1)).collect();
+        roots.retain(|&k| !open[k] && !numbering.inside_of(k).is_empty());
+        roots.sort_unstable();
         let blocks: Vec<(Plan, Vec<u32>)> = roots
             .into_par_iter()
             .map(|root| {
@@ -304,8 +311,7 @@ fn inverse(lists: &[&[u32]], count: usize) -> Vec<u32> {
 }
 
 /// The first and the last position in the tree of the elements of each unknown; none of fixed ones.
-fn spans(elements: &impl Elements, tree: &Tree, roles: &[Role]) -> (Vec<u32>, Vec<u32>) {
-    let positions = inverse(&[&tree.order], elements.count());
+fn spans(elements: &impl Elements, positions: &[u32], roles: &[Role]) -> (Vec<u32>, Vec<u32>) {
     let of_all = |none: u32, is_nearer: fn(u32, u32) -> bool| {
         let mut found = vec![none; roles.len()];
         // In the order of their numbers, in which neighbours are often near each other in memory.
@@ -365,69 +371,77 @@ fn owners(tree: &Tree, first_at: &[u32], last_at: &[u32]) -> (Vec<u32>, Vec<u32>
     (owners, leaf_at, above)
 }
 
-/// How many unknowns each part with kept ones eliminates, and how many it shares with the rest: those that have elements in
-/// it and are complete above. The others are below any frontier whatever they cost.
-fn count_eliminated_and_shared(
-    elements: &impl Elements,
-    tree: &Tree,
-    owners: &[u32],
-    leaf_at: &[u32],
-    above: &[u32],
-    roles: &[Role],
-    counts: &mut [Count],
-) {
-    // The smallest part with kept unknowns that each is in; itself, if it has some.
-    let mut has_kept: Vec<bool> = counts.iter().map(|count| count.kept > 0).collect();
-    for k in 0..above.len() {
-        if above[k] != NONE {
-            has_kept[above[k] as usize] |= has_kept[k];
+/// Where elements and unknowns stand in the tree.
+struct Places<'a> {
+    /// The position of each element.
+    positions: &'a [u32],
+    /// See [`owners`].
+    owners: &'a [u32],
+    leaf_at: &'a [u32],
+    above: &'a [u32],
+}
+
+impl Places<'_> {
+    /// How many unknowns each part with some of `to_keep` keeps and eliminates, and how many it shares with the rest: those that
+    /// have elements in it and are complete above. Returns these parts, ascending; the others are below any frontier whatever
+    /// they cost.
+    fn count(
+        &self,
+        elements: &impl Elements,
+        tree: &Tree,
+        roles: &[Role],
+        to_keep: &[usize],
+        counts: &mut Counts,
+    ) -> Vec<u32> {
+        let mut has_kept = vec![false; self.above.len()];
+        let mut near = Vec::new();
+        for &k in to_keep {
+            let mut part = self.owners[k];
+            if part != NONE {
+                counts.kept[part as usize] += 1;
+            }
+            while part != NONE && !has_kept[part as usize] {
+                has_kept[part as usize] = true;
+                near.push(part);
+                part = self.above[part as usize];
+            }
         }
-    }
-    let owned = owners.par_iter().zip(roles).with_min_len(TASK);
-    let eliminated = owned.filter(|&(&owner, role)| {
-        *role == Role::Eliminated && owner != NONE && has_kept[owner as usize]
-    });
-    for owner in eliminated.map(|(owner, _)| *owner).collect::<Vec<u32>>() {
-        counts[owner as usize].eliminated += 1;
-    }
-    let mut nearest: Vec<u32> = (0..above.len() as u32).collect();
-    for k in (0..above.len()).rev() {
-        if !has_kept[k] && above[k] != NONE {
-            nearest[k] = nearest[above[k] as usize];
+        near.sort_unstable();
+        // What is complete in other parts is on no border of these.
+        let is_seen = |k: &usize| {
+            let owner = self.owners[*k];
+            owner != NONE && has_kept[owner as usize]
+        };
+        let unknowns = (0..roles.len()).into_par_iter().with_min_len(TASK);
+        let mut sees = vec![false; roles.len()];
+        for k in unknowns.filter(is_seen).collect::<Vec<usize>>() {
+            sees[k] = true;
+            let is_eliminated = roles[k] == Role::Eliminated;
+            counts.eliminated[self.owners[k] as usize] += u32::from(is_eliminated);
         }
-    }
-    // Parts above have larger numbers.
-    let is_on_border = |nearest: u32, k: u32| {
-        let owner = owners[k as usize];
-        owner != NONE && owner > nearest
-    };
-    let of_task = |(task, members): (usize, &[u32])| {
-        let mut on_borders = Vec::new();
-        for (position, &e) in (task * TASK..).zip(members) {
-            let nearest = nearest[leaf_at[position] as usize];
-            let unknowns = elements.of(e as usize).iter();
-            let on_border = unknowns.filter(|&&k| is_on_border(nearest, k));
-            on_borders.extend(on_border.map(|&k| (position as u32, k)));
+        let elements_seen = (0..elements.count()).into_par_iter().with_min_len(TASK);
+        let seen = elements_seen.flat_map_iter(|e| {
+            let position = self.positions[e];
+            let seen = elements.of(e).iter().filter(|&&k| sees[k as usize]);
+            let seen = seen.filter(move |_| position != NONE);
+            seen.map(move |&k| (k, position))
+        });
+        let mut seen: Vec<(u32, u32)> = seen.collect();
+        seen.sort_unstable();
+        let mut last = (NONE, NONE);
+        for (k, position) in seen {
+            // Parts that hold the unknown's element before are counted, and none if it is this one.
+            let before = if last.0 == k { last.1 } else { NONE };
+            last = (k, position);
+            let mut part = self.leaf_at[position as usize];
+            while part != self.owners[k as usize]
+                && (before == NONE || tree.parts[part as usize].from > before)
+            {
+                counts.border[part as usize] += u32::from(has_kept[part as usize]);
+                part = self.above[part as usize];
+            }
         }
-        on_borders
-    };
-    let on_borders: Vec<Vec<(u32, u32)>> = tree
-        .order
-        .par_chunks(TASK)
-        .enumerate()
-        .map(of_task)
-        .collect();
-    let mut last = vec![NONE; owners.len()];
-    for &(position, k) in on_borders.iter().flatten() {
-        // Parts that hold the element before are counted, and none if it is this one.
-        let before = std::mem::replace(&mut last[k as usize], position);
-        let mut part = nearest[leaf_at[position as usize] as usize];
-        while part != owners[k as usize]
-            && (before == NONE || tree.parts[part as usize].from > before)
-        {
-            counts[part as usize].border += 1;
-            part = above[part as usize];
-        }
+        near
     }
 }
 
@@ -460,14 +474,20 @@ mod tests {
         let roles: Vec<Role> = (0..side * side).map(role).collect();
         let members: Vec<u32> = (0..grid.count() as u32).collect();
         let tree = Tree::new(&members, |e| grid.centre(e as usize));
-        let (first_at, last_at) = spans(&grid, &tree, &roles);
+        let positions = inverse(&[&tree.order], grid.count());
+        let (first_at, last_at) = spans(&grid, &positions, &roles);
         let (owners, leaf_at, above) = owners(&tree, &first_at, &last_at);
-        let mut counts = vec![Count::default(); tree.parts.len()];
-        for (owner, role) in owners.iter().zip(&roles) {
-            counts[*owner as usize].kept += u32::from(*role == Role::Kept);
-        }
-        count_eliminated_and_shared(&grid, &tree, &owners, &leaf_at, &above, &roles, &mut counts);
-        let mut with_kept = 0;
+        let mut counts = Counts::new(tree.parts.len());
+        let to_keep: Vec<usize> = (0..roles.len())
+            .filter(|&u| roles[u] == Role::Kept)
+            .collect();
+        let places = Places {
+            positions: &positions,
+            owners: &owners,
+            leaf_at: &leaf_at,
+            above: &above,
+        };
+        let near = places.count(&grid, &tree, &roles, &to_keep, &mut counts);
         for (k, part) in tree.parts.iter().enumerate() {
             let elements = &tree.order[part.from as usize..part.to as usize];
             let mut unknowns: Vec<u32> = elements
@@ -485,13 +505,15 @@ mod tests {
                 .any(|&u| roles[u as usize] == Role::Kept);
             let shared = unknowns.len() - unknowns.iter().filter(complete).count();
             let expected = if has_kept { shared as u32 } else { 0 };
-            assert_eq!(counts[k].border, expected, "part {k}");
+            assert_eq!(counts.border[k], expected, "part {k}");
             let own = (0..roles.len()).filter(|&u| owners[u] == k as u32);
+            let kept = own.clone().filter(|&u| roles[u] == Role::Kept).count();
+            assert_eq!(counts.kept[k], kept as u32, "part {k}");
             let eliminated = own.filter(|&u| roles[u] == Role::Eliminated).count();
             let expected = if has_kept { eliminated as u32 } else { 0 };
-            assert_eq!(counts[k].eliminated, expected, "part {k}");
-            with_kept += usize::from(has_kept);
+            assert_eq!(counts.eliminated[k], expected, "part {k}");
+            assert_eq!(near.contains(&(k as u32)), has_kept, "part {k}");
         }
-        assert!(with_kept > 20 && with_kept < tree.parts.len() / 2);
+        assert!(near.len() > 20 && near.len() < tree.parts.len() / 2);
     }
 }

@@ -8,7 +8,7 @@ const LEAF: usize = 4;
 /// Parts from this size on are cut by several threads; the result does not depend on how many.
 const PARALLEL: usize = 1 << 14;
 /// Parts up to this size are sorted along each axis, larger ones are counted into bins.
-const SORTED: usize = 256;
+const SORTED: usize = 1024;
 const BINS: usize = 1024;
 /// About so many points tell where the median is.
 const SAMPLE: usize = 1 << 12;
@@ -191,11 +191,13 @@ fn cut_into(points: &mut [Point], spare: &mut [Point], from: usize, parts: &mut 
 /// ACM Comput. Surv. 11, 1979): only once is anything sorted.
 struct Sorted {
     points: [Point; SORTED],
-    orders: [[u8; SORTED]; 3],
+    orders: [[u16; SORTED]; 3],
     /// Along how many axes they are sorted.
     axes: usize,
     /// Does a point belong to the upper part of the last cut?
     is_above: [bool; SORTED],
+    /// Room for those of one order.
+    above: [u16; SORTED],
 }
 
 impl Sorted {
@@ -205,6 +207,7 @@ impl Sorted {
             orders: [[0; SORTED]; 3],
             axes: 2 + usize::from(points.iter().any(|point| point.at[2] != points[0].at[2])),
             is_above: [false; SORTED],
+            above: [0; SORTED],
         };
         sorted.points[..points.len()].copy_from_slice(points);
         let mut keys = [0_u64; SORTED];
@@ -212,11 +215,11 @@ impl Sorted {
         for (axis, order) in sorted.orders[..sorted.axes].iter_mut().enumerate() {
             for ((place, key), point) in (0..).zip(&mut *keys).zip(points) {
                 // Coordinates are not negative, so that their bits are in their order.
-                *key = u64::from(point.at[axis].to_bits()) << u8::BITS | place;
+                *key = u64::from(point.at[axis].to_bits()) << u16::BITS | place;
             }
             keys.sort_unstable();
             for (place, key) in order.iter_mut().zip(&*keys) {
-                *place = *key as u8;
+                *place = *key as u16;
             }
         }
         sorted
@@ -257,16 +260,16 @@ impl Sorted {
             }
             for other in (0..self.axes).filter(|other| *other != axis) {
                 let order = &mut self.orders[other][start..end];
-                let (mut below, mut above, mut upper) = (0, 0, [0; SORTED]);
+                let (mut below, mut above) = (0, 0);
                 for k in 0..count {
                     let place = order[k];
                     let is_above = self.is_above[place as usize];
                     order[below] = place;
-                    upper[above] = place;
+                    self.above[above] = place;
                     above += usize::from(is_above);
                     below += usize::from(!is_above);
                 }
-                order[below..].copy_from_slice(&upper[..above]);
+                order[below..].copy_from_slice(&self.above[..above]);
             }
             self.cut_range(start, middle, from, parts);
             left = parts.len() as u32 - 1;

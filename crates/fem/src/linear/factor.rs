@@ -18,7 +18,7 @@ use faceoff_mesh::memory;
 pub struct Choice {
     /// Never [`Solver::Auto`].
     pub solver: Solver,
-    /// Of the factor.
+    /// Of the factor; never [`Precision::Auto`].
     pub precision: Precision,
     /// Entries of the factor; of the matrix where iterations solve.
     pub entries: usize,
@@ -35,8 +35,8 @@ impl Choice {
     fn bytes_of_factor(&self) -> usize {
         self.entries
             * match self.precision {
-                Precision::F64 => 8,
                 Precision::F32Refined => 4,
+                Precision::F64 | Precision::Auto => 8,
             }
     }
 }
@@ -180,16 +180,16 @@ pub fn condense(
                 schur,
             )
         }
-        (_, Precision::F64) => {
-            let (factor, forward, schur) =
-                Multifrontal::new(&scaled, analysis, b, unit).map_err(refuse)?;
-            let kind = FactorKind::F64(Box::new(factor));
-            (kind, Kind::Multifrontal(forward), schur)
-        }
         (_, Precision::F32Refined) => {
             let (factor, forward, schur) =
                 Multifrontal::new(&scaled, analysis, b, unit).map_err(refuse)?;
             let kind = FactorKind::F32(Box::new(factor));
+            (kind, Kind::Multifrontal(forward), schur)
+        }
+        (_, Precision::F64 | Precision::Auto) => {
+            let (factor, forward, schur) =
+                Multifrontal::new(&scaled, analysis, b, unit).map_err(refuse)?;
+            let kind = FactorKind::F64(Box::new(factor));
             (kind, Kind::Multifrontal(forward), schur)
         }
     };
@@ -200,6 +200,18 @@ pub fn condense(
         schur.times_unit(unit),
         choice,
     )))
+}
+
+/// Entries of a factor that takes as long in f64 as in f32 with one more step of refinement: 0.5 GB. Larger ones take less
+/// memory in f32, and smaller ones are faster in f64.
+const LARGE: usize = 1 << 26;
+
+fn precision_for(entries: usize, fits_in_f64: bool) -> Precision {
+    if entries >= LARGE || !fits_in_f64 {
+        Precision::F32Refined
+    } else {
+        Precision::F64
+    }
 }
 
 /// Our own factorisation is faster than faer's at every size that was measured, and takes less
@@ -216,26 +228,27 @@ fn choose(
             let entries = elements.count() * elements.size() * (elements.size() + 1) / 2;
             analysis.bytes(8) * 5 / 4 + entries * 28
         }
-        (_, Precision::F64) => analysis.bytes(8),
         (_, Precision::F32Refined) => analysis.bytes(4),
+        (_, Precision::F64 | Precision::Auto) => analysis.bytes(8),
     };
     let there = memory::available();
     let fits = |bytes: usize| there.is_none_or(|there| (bytes as u64) < there);
-    let mut precision = settings.precision;
-    let solver = match settings.solver {
-        Solver::Auto => {
-            if !fits(bytes(Solver::Multifrontal, precision)) {
-                precision = Precision::F32Refined;
-            }
-            Solver::Multifrontal
-        }
-        Solver::Faer if precision == Precision::F32Refined => {
+    let solver = match (settings.solver, settings.precision) {
+        (Solver::Auto, _) => Solver::Multifrontal,
+        (Solver::Faer, Precision::F32Refined) => {
             return Err(Error::usage(
                 "faer's factorisation is in f64",
                 "use --linear multifrontal with --precision f32-refined",
             ));
         }
-        named => named,
+        (named, _) => named,
+    };
+    let precision = match (solver, settings.precision) {
+        (Solver::Multifrontal, Precision::Auto) => {
+            precision_for(analysis.entries(), fits(bytes(solver, Precision::F64)))
+        }
+        (_, Precision::Auto) => Precision::F64,
+        (_, named) => named,
     };
     let needed = bytes(solver, precision);
     let choice = Choice {
@@ -301,6 +314,22 @@ impl Factor {
             (FactorKind::F32(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
             // A right-hand side that another factor reduced says nothing here.
             _ => x.fill(f64::NAN),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn large_factors_and_those_without_room_are_stored_in_f32() {
+        for (entries, fits, expected) in [
+            (LARGE - 1, true, Precision::F64),
+            (LARGE, true, Precision::F32Refined),
+            (1, false, Precision::F32Refined),
+        ] {
+            assert_eq!(precision_for(entries, fits), expected);
         }
     }
 }

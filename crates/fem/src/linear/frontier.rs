@@ -15,12 +15,23 @@
 
 use super::bisection::Tree;
 
-/// What is complete in a part and not in its halves, and what it shares with the rest.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Count {
-    pub eliminated: u32,
-    pub kept: u32,
-    pub border: u32,
+/// What of each part is complete in it and not in its halves, and what it shares with the rest.
+pub(super) struct Counts {
+    pub eliminated: Vec<u32>,
+    pub kept: Vec<u32>,
+    pub border: Vec<u32>,
+}
+
+impl Counts {
+    /// Nothing in so many parts.
+    pub fn new(parts: usize) -> Self {
+        let [eliminated, kept, border] = [(); 3].map(|()| vec![0; parts]);
+        Counts {
+            eliminated,
+            kept,
+            border,
+        }
+    }
 }
 
 /// So many factorisations Newton's method takes, as measured; between them corrections of low rank do.
@@ -44,41 +55,31 @@ pub(super) fn overhead(size: f64) -> f64 {
     FRONT + ENTRY * size * size
 }
 
-const NONE: u32 = u32::MAX;
-
-/// The part of the frontier that each part is in; none of open ones.
-pub(super) fn frontier(tree: &Tree, counts: &[Count], is_whole: bool) -> Vec<Option<u32>> {
+/// Which parts are open. `near` are those with kept unknowns, ascending: no other one is open, nor does what it costs matter.
+/// `above` is the part above each.
+pub(super) fn open(tree: &Tree, counts: &Counts, near: &[u32], above: &[u32]) -> Vec<bool> {
     let parts = tree.parts.len();
     let (mut carry, mut best) = (vec![0.0; parts], vec![0.0; parts]);
     let (mut kept, mut open) = (vec![0.0; parts], vec![false; parts]);
-    let mut above = vec![NONE; parts];
-    for (k, part) in tree.parts.iter().enumerate() {
-        let [p, q, b] = [counts[k].eliminated, counts[k].kept, counts[k].border].map(f64::from);
+    for k in near.iter().map(|&k| k as usize) {
+        let [p, q, b] =
+            [&counts.eliminated, &counts.kept, &counts.border].map(|of| f64::from(of[k]));
         let mut anew = f64::INFINITY;
         kept[k] = q;
-        if let Some(left) = part.left() {
-            (above[left], above[k - 1]) = (k as u32, k as u32);
+        if let Some(left) = tree.parts[k].left() {
             kept[k] += kept[left] + kept[k - 1];
             carry[k] = carry[left] + carry[k - 1];
             anew = best[left] + best[k - 1] + STEPS * (lu(p + q, b) + overhead(p + q + b));
         }
         let w = kept[k];
         carry[k] += cholesky(p, b + w) + overhead(p + b + w);
-        best[k] = carry[k];
-        if w > 0.0 && !is_whole {
-            best[k] += STEPS * (lu(w, b) + overhead(w + b));
-            open[k] = anew < best[k];
-            best[k] = best[k].min(anew);
-        }
+        best[k] = carry[k] + STEPS * (lu(w, b) + overhead(w + b));
+        open[k] = anew < best[k];
+        best[k] = best[k].min(anew);
     }
-    let mut within = vec![None; parts];
-    for k in (0..parts).rev() {
-        within[k] = match above[k] {
-            parent if parent != NONE && within[parent as usize].is_some() => {
-                within[parent as usize]
-            }
-            _ => (!open[k]).then_some(k as u32),
-        };
+    // What is below a part that is not open is not either.
+    for k in near.iter().rev().map(|&k| k as usize) {
+        open[k] &= open.get(above[k] as usize).is_none_or(|open| *open);
     }
-    within
+    open
 }

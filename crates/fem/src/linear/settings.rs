@@ -24,8 +24,10 @@ pub enum Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
-    /// binary64.
+    /// binary64, or f32 where the factor is so large that what it saves of fresh memory pays for a further step of refinement.
     #[default]
+    Auto,
+    /// binary64.
     F64,
     /// Half the memory; steps of refinement in f64 bring the digits back.
     F32Refined,
@@ -36,7 +38,7 @@ pub enum Precision {
 pub struct Settings {
     /// What solves; [`Solver::Auto`] leaves it open.
     pub solver: Solver,
-    /// Of the factor; faer's knows binary64 only.
+    /// Of the factor; [`Precision::Auto`] leaves it open, and faer's knows binary64 only.
     pub precision: Precision,
 }
 
@@ -47,7 +49,8 @@ const SOLVERS: [(&str, Solver); 4] = [
     ("iterative", Solver::Iterative),
 ];
 
-const PRECISIONS: [(&str, Precision); 2] = [
+const PRECISIONS: [(&str, Precision); 3] = [
+    ("auto", Precision::Auto),
     ("f64", Precision::F64),
     ("f32-refined", Precision::F32Refined),
 ];

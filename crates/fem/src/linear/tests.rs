@@ -150,8 +150,8 @@ fn solve(
     let mut again = vec![0.0; b.len()];
     factor.expand(later, &kept, &mut again);
     let rounding = match settings.precision {
-        Precision::F64 => 1e-13,
         Precision::F32Refined => 1e-6,
+        Precision::F64 | Precision::Auto => 1e-13,
     };
     let size = x.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
     for (a, b) in x.iter().zip(&again) {

@@ -85,6 +85,7 @@ impl CellGeometry {
 }
 
 /// |κ| with the sign of its orientation.
+#[inline]
 pub(super) fn signed_measure(dim: usize, points: &[[f64; 3]; 4]) -> f64 {
     let [p, q, r, s] = points.map(Vector3::from);
     let (a, b) = (q - p, r - p);

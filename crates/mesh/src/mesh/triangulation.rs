@@ -142,6 +142,7 @@ impl Triangulation {
     }
 
     /// |κ|
+    #[inline]
     pub fn measure(&self, cell: usize) -> f64 {
         signed_measure(self.dim, &self.vertices(cell)).abs()
     }
