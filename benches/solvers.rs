@@ -224,7 +224,6 @@ fn once(arguments: &Arguments, path: &Path) -> Outcome<()> {
 
 /// The named scene on the named meshes; else squares and cubes.
 fn tell_phases(arguments: &Arguments) -> Outcome<()> {
-    let limits = phases::Limits::measure(arguments.quick);
     let methods = match &arguments.methods[..] {
         [] => vec![Method::cr()],
         methods => methods.to_vec(),
@@ -234,13 +233,16 @@ fn tell_phases(arguments: &Arguments) -> Outcome<()> {
         ([], false) => &[("one-zone", &[512, 1024]), ("one-zone-3d", &[32, 48])],
         (n, _) => &[(&arguments.scene[..], n)],
     };
+    let mut solves = Vec::new();
     for method in &methods {
         for (scene, meshes) in cases {
             for &n in *meshes {
-                limits.table(scene, *method, n, STOP)?;
+                solves.push(phases::Solve::new(scene, *method, n, STOP)?);
             }
         }
     }
+    let limits = phases::Limits::measure(arguments.quick);
+    solves.into_iter().for_each(|solve| limits.tell(solve));
     Ok(())
 }
 

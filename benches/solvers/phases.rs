@@ -16,7 +16,7 @@ use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Stop, sol
 use faceoff_fem::linear::Settings;
 use faceoff_fem::scene::Scene;
 use faer::linalg::matmul::matmul;
-use faer::{Accum, ColRef, Mat, Par};
+use faer::{Accum, Mat, Par};
 use rayon::prelude::*;
 use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id, Record};
@@ -173,6 +173,56 @@ impl Subscriber for Clock {
     fn event(&self, _: &Event<'_>) {}
 }
 
+/// A solve from the scene to u, and its phases.
+pub struct Solve {
+    title: String,
+    whole: f64,
+    phases: BTreeMap<&'static str, Phase>,
+}
+
+impl Solve {
+    /// Solves, before [`Limits`] are measured: pages that these give back make those cost more that come after.
+    pub fn new(name: &str, method: Method, n: usize, stop: Stop) -> super::Outcome<Self> {
+        let scene = Scene::find(name)?;
+        let clock = Clock::new();
+        let whole = Instant::now();
+        let (solution, unknowns) = tracing::subscriber::with_default(clock.clone(), || {
+            let _span = debug_span!("the rest").entered();
+            let mesh = debug_span!("mesh").in_scope(|| scene.triangulation(Some(n)))?;
+            let discretisation = Discretisation::of(&scene, method);
+            let problem = debug_span!("assembly")
+                .in_scope(|| Problem::new(&scene, &mesh, &discretisation))?;
+            let newton = Iteration::Newton;
+            let solution = solve_by(&problem, newton, stop, Settings::default(), |_, _| Ok(()))?;
+            super::Outcome::Ok((solution, problem.space.dofs))
+        })?;
+        let whole = whole.elapsed().as_secs_f64();
+        let phases = std::mem::take(
+            &mut clock
+                .state
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .phases,
+        );
+        let sum: f64 = phases.values().map(|phase| phase.seconds).sum();
+        if !solution.converged || !((sum - whole).abs() <= 0.01 * whole + 1e-3) {
+            return Err(format!("{name}, {method}, n = {n}: {sum} s of phases, {whole} s").into());
+        }
+        let title = format!(
+            "{name}, {method}, n = {n}: {unknowns} unknowns by {} in {}, {} steps, {whole:.3} s, backward error {:.1e}",
+            solution.linear.solver,
+            solution.linear.precision,
+            solution.increments.len(),
+            solution.backward_error,
+        );
+        Ok(Solve {
+            title,
+            whole,
+            phases,
+        })
+    }
+}
+
 /// What the machine does at best, on all cores: bytes, operations and fresh pages a second.
 pub struct Limits {
     bytes: f64,
@@ -230,10 +280,6 @@ impl Limits {
             let (accum, par) = (Accum::Replace, Par::rayon(0));
             matmul(&mut product, accum, &of, &of, 1.0, par);
         });
-        // What is timed next is not to wait for registers that these products leave in use: a norm clears them.
-        let clear = || std::hint::black_box(ColRef::from_slice(&[1.0_f64; 16]).norm_max());
-        clear();
-        rayon::broadcast(|_| clear());
         println!(
             "{} cores; triad over {} MB {:.1} GB/s; product of {size} × {size} matrices {:.1} Gflop/s in f64, {:.1} in f32; {:.0} thousand fresh pages a second\n",
             rayon::current_num_threads(),
@@ -250,39 +296,14 @@ impl Limits {
         }
     }
 
-    /// The table of a solve, from the scene to u.
-    pub fn table(&self, name: &str, method: Method, n: usize, stop: Stop) -> super::Outcome<()> {
-        let scene = Scene::find(name)?;
-        let clock = Clock::new();
-        let whole = Instant::now();
-        let (solution, unknowns) = tracing::subscriber::with_default(clock.clone(), || {
-            let _span = debug_span!("the rest").entered();
-            let mesh = debug_span!("mesh").in_scope(|| scene.triangulation(Some(n)))?;
-            let discretisation = Discretisation::of(&scene, method);
-            let problem = debug_span!("assembly")
-                .in_scope(|| Problem::new(&scene, &mesh, &discretisation))?;
-            let newton = Iteration::Newton;
-            let solution = solve_by(&problem, newton, stop, Settings::default(), |_, _| Ok(()))?;
-            super::Outcome::Ok((solution, problem.space.dofs))
-        })?;
-        let whole = whole.elapsed().as_secs_f64();
-        let mut phases = std::mem::take(
-            &mut clock
-                .state
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .phases,
-        );
-        let sum: f64 = phases.values().map(|phase| phase.seconds).sum();
-        if !solution.converged || !((sum - whole).abs() <= 0.01 * whole + 1e-3) {
-            return Err(format!("{name}, {method}, n = {n}: {sum} s of phases, {whole} s").into());
-        }
-        println!(
-            "{name}, {method}, n = {n}: {unknowns} unknowns by {}, {} steps, {whole:.3} s, backward error {:.1e}\n",
-            solution.linear.solver,
-            solution.increments.len(),
-            solution.backward_error,
-        );
+    /// The table of a solve.
+    pub fn tell(&self, solve: Solve) {
+        let Solve {
+            title,
+            whole,
+            mut phases,
+        } = solve;
+        println!("{title}\n");
         println!(
             "| phase | times | s | part | GB at least | Gflop | thousand pages | s at the limits | of these |"
         );
@@ -295,8 +316,7 @@ impl Limits {
         for (name, phase) in rows.into_iter().chain(rest) {
             println!("| {name} {}", self.row(phase, whole));
         }
-        println!("| sum | | {sum:.3} | | | | | {least:.3} | |\n");
-        Ok(())
+        println!("| sum | | {whole:.3} | | | | | {least:.3} | |\n");
     }
 
     /// Its bytes or its operations, whichever take longer, and its pages, which a core does not clear while it computes.
