@@ -422,12 +422,15 @@ impl Places<'_> {
         let elements_seen = (0..elements.count()).into_par_iter().with_min_len(TASK);
         let seen = elements_seen.flat_map_iter(|e| {
             let position = self.positions[e];
+            let leaf = self.leaf_at.get(position as usize).copied();
+            // What a leaf alone has is on no border.
+            let is_shared =
+                move |k: &u32| leaf.is_some_and(|leaf| self.owners[*k as usize] != leaf);
             let seen = elements.of(e).iter().filter(|&&k| sees[k as usize]);
-            let seen = seen.filter(move |_| position != NONE);
-            seen.map(move |&k| (k, position))
+            seen.copied().filter(is_shared).map(move |k| (k, position))
         });
         let mut seen: Vec<(u32, u32)> = seen.collect();
-        seen.sort_unstable();
+        seen.par_sort_unstable();
         let mut last = (NONE, NONE);
         for (k, position) in seen {
             // Parts that hold the unknown's element before are counted, and none if it is this one.
