@@ -93,14 +93,16 @@ pub fn solve_by(
         _ => Scheme::as_it_stands(problem),
     };
     let system = system(rows, settings)?;
-    let safer = safer(settings, system.choice());
-    match (
-        iterate(problem, system, clock, iteration, stop, &mut progress),
-        safer,
-    ) {
-        (Err(Error::Solver { what, .. }), Some(settings)) => {
-            tracing::info!(what, solver = %settings.solver, precision = %settings.precision, "solved again");
-            solve_by(problem, iteration, stop, settings, progress)
+    let choice = system.choice();
+    let ended = iterate(problem, system, clock, iteration, stop, &mut progress);
+    match (ended, safer(settings, choice)) {
+        (Err(first @ Error::Solver { .. }), Some(settings)) => {
+            tracing::info!(%first, solver = %settings.solver, precision = %settings.precision, "solved again");
+            match solve_by(problem, iteration, stop, settings, progress) {
+                // Nor is it a matter of digits.
+                Err(Error::Solver { .. }) if choice.solver != Solver::Iterative => Err(first),
+                again => again,
+            }
         }
         (ended, _) => ended,
     }
@@ -429,4 +431,43 @@ fn relative_increment(scheme: &dyn System, scale: &Scale, step: &[f64], u: &[f64
         value: 1e-6 * scale.stiffness,
     };
     increment.over(if size.over(least) > 1.0 { size } else { least })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What was asked for by name is not replaced.
+    #[test]
+    fn what_was_chosen_has_a_safer_way_and_what_was_asked_for_has_none() {
+        let chosen = |solver, precision| Choice {
+            solver,
+            precision,
+            entries: 1,
+            flops: 1.0,
+            predicted_mb: 1.0,
+            predicted_seconds: 1.0,
+        };
+        let settings = |solver, precision| Settings { solver, precision };
+        let (auto, multifrontal) = (Solver::Auto, Solver::Multifrontal);
+        let narrow = chosen(multifrontal, Precision::F32Refined);
+        for solver in [auto, multifrontal] {
+            let safer = safer(settings(solver, Precision::Auto), narrow);
+            assert_eq!(safer, Some(settings(solver, Precision::F64)));
+            for precision in [Precision::F64, Precision::F32Refined] {
+                let choice = chosen(multifrontal, precision);
+                assert_eq!(super::safer(settings(solver, precision), choice), None);
+            }
+        }
+        let iterated = chosen(Solver::Iterative, Precision::F64);
+        let factored = settings(multifrontal, Precision::Auto);
+        assert_eq!(
+            safer(settings(auto, Precision::Auto), iterated),
+            Some(factored)
+        );
+        assert_eq!(
+            safer(settings(Solver::Iterative, Precision::Auto), iterated),
+            None
+        );
+    }
 }
