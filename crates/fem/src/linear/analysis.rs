@@ -468,7 +468,7 @@ mod tests {
         }
         assert!(grid.count() > TASK);
         let role = |k: u32| {
-            if k < 2 * side && k.is_multiple_of(3) {
+            if k < 15 * side && !k.is_multiple_of(3) {
                 Role::Kept
             } else {
                 Role::Eliminated
