@@ -452,11 +452,11 @@ mod tests {
         let (auto, multifrontal) = (Solver::Auto, Solver::Multifrontal);
         let narrow = chosen(multifrontal, Precision::F32Refined);
         for solver in [auto, multifrontal] {
-            let safer = safer(settings(solver, Precision::Auto), narrow);
-            assert_eq!(safer, Some(settings(solver, Precision::F64)));
+            let wide = Some(settings(solver, Precision::F64));
+            assert_eq!(safer(settings(solver, Precision::Auto), narrow), wide);
             for precision in [Precision::F64, Precision::F32Refined] {
                 let choice = chosen(multifrontal, precision);
-                assert_eq!(super::safer(settings(solver, precision), choice), None);
+                assert_eq!(safer(settings(solver, precision), choice), None);
             }
         }
         let iterated = chosen(Solver::Iterative, Precision::F64);

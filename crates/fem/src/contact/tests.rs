@@ -578,3 +578,20 @@ fn the_corrected_flux_at_midpoints_is_the_variational_inequality_on_cr() {
         assert!(name == "two-sides-contact" || off > 1e-3, "{name} {off:e}");
     }
 }
+
+/// b is condensed anew where it was given away.
+#[test]
+fn u_can_be_completed_again() {
+    let scene = Scene::find("one-zone").unwrap();
+    let mesh = scene.triangulation(Some(8)).unwrap();
+    let discretisation = Discretisation::of(&scene, Method::cr());
+    let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+    let system = choose::system(scheme::Scheme::new(&problem), Settings::default()).unwrap();
+    let on_kept = system.start();
+    let (once, again) = (system.complete(&on_kept), system.complete(&on_kept));
+    let size = system::largest(&once);
+    assert!(size > 0.0);
+    for (a, b) in once.iter().zip(&again) {
+        assert!((a - b).abs() <= 1e-13 * size, "{a} {b}");
+    }
+}

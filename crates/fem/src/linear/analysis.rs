@@ -118,7 +118,7 @@ impl Analysis {
             if is_private(k as usize) {
                 alone.push((first_at[k as usize], number));
             } else {
-                // An unknown of no element has ties alone, and comes last. What is not above the frontier comes with what is.
+                // An unknown of no element has ties alone, and comes last. Below the frontier one is carried up to it.
                 let mut part = owner;
                 while part != NONE
                     && above[part as usize] != NONE

@@ -202,8 +202,8 @@ pub fn condense(
     )))
 }
 
-/// Entries of a factor that takes as long in f64 as in f32 with one more step of refinement: 0.5 GB. Larger ones take less
-/// memory in f32, and smaller ones are faster in f64.
+/// Entries of a factor that takes 0.5 GB in f64. From there on half of that counts for more than the time of a further step of
+/// refinement, a twentieth of a solve.
 const LARGE: usize = 1 << 26;
 
 fn precision_for(entries: usize, fits_in_f64: bool) -> Precision {

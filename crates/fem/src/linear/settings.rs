@@ -24,7 +24,7 @@ pub enum Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
-    /// binary64, or f32 where the factor is so large that what it saves of fresh memory pays for a further step of refinement.
+    /// binary64, or f32 where the factor is large: its further step of refinement takes a twentieth more time, and memory is shorter.
     #[default]
     Auto,
     /// binary64.
