@@ -1,19 +1,21 @@
 //! Recursive coordinate bisection of points: the binary tree that elimination follows
 //! (George 1973 on grids; M. Berger, S. Bokhari, IEEE Trans. Comput. 36, 1987).
+//!
+//! The points are sorted along each axis once, and each part keeps its points in all these orders (J. Bentley, J. Friedman,
+//! ACM Comput. Surv. 11, 1979): a cut halves the order of its own axis, and sends each point of the others to its side.
 
 use rayon::prelude::*;
 
 /// A part with at most so many points is not cut further.
 const LEAF: usize = 4;
 /// Parts from this size on are cut by several threads; the result does not depend on how many.
-const PARALLEL: usize = 1 << 14;
-/// Parts up to this size are sorted along each axis, larger ones are counted into bins.
-const SORTED: usize = 1024;
-const BINS: usize = 1024;
-/// About so many points tell where the median is.
-const SAMPLE: usize = 1 << 12;
+const PARALLEL: usize = 1 << 13;
+/// Points that one task looks at.
+const TASK: usize = 1 << 12;
+/// [`Tree::depths`] does not cut parts up to this size.
+const SMALL: usize = 1024;
 /// How far a cut may move off the median to fall into a gap, in points of a row across.
-const ROWS: f64 = 8.0;
+const ROWS: f32 = 8.0;
 
 const NONE: u32 = u32::MAX;
 
@@ -45,394 +47,274 @@ pub(super) struct Tree {
     pub parts: Vec<Part>,
 }
 
-#[derive(Debug, Clone, Copy, Default)]
-struct Point {
-    at: [f32; 3],
-    index: u32,
-}
-
 impl Tree {
-    /// How many cuts each point stays with the lower part, of `most`; small parts are not cut.
+    /// Cuts the points across their longest extent near the median, where a gap between the
+    /// points is widest, so that on a regular mesh the cuts follow its lines.
+    ///
+    /// `members` are the numbers of the points, ascending, `place` their coordinates.
+    pub fn new(members: &[u32], place: impl Fn(u32) -> [f64; 3] + Sync) -> Self {
+        let unit = UnitCube::around(members, &place);
+        if unit.is_flat() {
+            Orders::new(members, |k| unit.plane(place(k))).tree()
+        } else {
+            Orders::new(members, |k| unit.space(place(k))).tree()
+        }
+    }
+
+    /// How many cuts each point in space stays with the lower part, of `most`; small parts are not cut.
     pub fn depths(
         members: &[u32],
         place: impl Fn(u32) -> [f64; 3] + Sync,
         most: u8,
     ) -> Vec<(u32, u8)> {
-        let mut points = points(members, place);
-        let mut spare = room(points.len());
-        let mut depths = Vec::with_capacity(points.len());
-        let mut rest = &mut points[..];
+        let unit = UnitCube::around(members, &place);
+        let mut orders = Orders::new(members, |k| unit.space(place(k)));
+        let mut part = orders.whole();
+        let mut depths = Vec::with_capacity(members.len());
         for depth in 0..most {
-            if rest.len() <= SORTED {
+            if part.len() <= SMALL {
                 break;
             }
-            let room = &mut spare[..rest.len()];
-            let middle = split(rest, room);
-            let (low, high) = rest.split_at_mut(middle);
-            depths.extend(high.iter().map(|point| (point.index, depth)));
-            rest = low;
+            let (low, high) = part.cut();
+            depths.extend(high.indices().map(|index| (index, depth)));
+            part = low;
         }
-        depths.extend(rest.iter().map(|point| (point.index, most)));
+        depths.extend(part.indices().map(|index| (index, most)));
         depths
     }
+}
 
-    /// Cuts the points across their longest extent near the median, where a gap between the
-    /// points is widest, so that on a regular mesh the cuts follow its lines.
-    ///
-    /// `members` are the numbers of the points, `place` their coordinates.
-    pub fn new(members: &[u32], place: impl Fn(u32) -> [f64; 3] + Sync) -> Self {
-        let mut points = points(members, place);
-        let mut spare = room(points.len());
-        let parts = if points.is_empty() {
-            Vec::new()
-        } else {
-            cut(&mut points, &mut spare, 0)
+/// What takes points into the unit cube.
+struct UnitCube {
+    low: [f64; 3],
+    high: [f64; 3],
+    scale: f64,
+}
+
+impl UnitCube {
+    fn around(members: &[u32], place: &(impl Fn(u32) -> [f64; 3] + Sync)) -> Self {
+        let nothing = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        let join = |a: ([f64; 3], [f64; 3]), b: ([f64; 3], [f64; 3])| {
+            (
+                std::array::from_fn(|k| a.0[k].min(b.0[k])),
+                std::array::from_fn(|k| a.1[k].max(b.1[k])),
+            )
         };
-        Tree {
-            order: points.par_iter().map(|p| p.index).collect(),
-            parts,
-        }
+        let places = members.par_iter().with_min_len(TASK).map(|&k| place(k));
+        let (low, high) = places
+            .fold(|| nothing, |all, at| join(all, (at, at)))
+            .reduce(|| nothing, join);
+        let extent = (0..3).fold(0.0, |e: f64, k| e.max(high[k] - low[k]));
+        let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
+        UnitCube { low, high, scale }
+    }
+
+    fn is_flat(&self) -> bool {
+        !(self.high[2] > self.low[2])
+    }
+
+    fn space(&self, at: [f64; 3]) -> [f32; 3] {
+        std::array::from_fn(|k| ((at[k] - self.low[k]) * self.scale) as f32)
+    }
+
+    fn plane(&self, at: [f64; 3]) -> [f32; 2] {
+        let [x, y, _] = self.space(at);
+        [x, y]
     }
 }
 
-/// Room for so many points, which all cores have written.
-fn room(count: usize) -> Vec<Point> {
-    let points = rayon::iter::repeat_n(Point::default(), count);
-    points.with_min_len(PARALLEL).collect()
+#[derive(Debug, Clone, Copy)]
+struct Point<const D: usize> {
+    at: [f32; D],
+    index: u32,
 }
 
-/// The points in the unit cube.
-fn points(members: &[u32], place: impl Fn(u32) -> [f64; 3] + Sync) -> Vec<Point> {
-    let nothing = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let (low, high) = members
-        .par_iter()
-        .fold(
-            || nothing,
-            |(low, high), &member| {
-                let at = place(member);
-                (
-                    std::array::from_fn(|k| at[k].min(low[k])),
-                    std::array::from_fn(|k| at[k].max(high[k])),
-                )
-            },
-        )
-        .reduce(
-            || nothing,
-            |a, b| {
-                (
-                    std::array::from_fn(|k| a.0[k].min(b.0[k])),
-                    std::array::from_fn(|k| a.1[k].max(b.1[k])),
-                )
-            },
+impl<const D: usize> Point<D> {
+    /// Its place in the order along an axis. Coordinates are not negative, so that their bits are in their order.
+    fn key(&self, axis: usize) -> u64 {
+        u64::from(self.at[axis].to_bits()) << u32::BITS | u64::from(self.index)
+    }
+}
+
+/// All points, sorted along each axis, and room for as many.
+struct Orders<const D: usize> {
+    orders: [Vec<Point<D>>; D],
+    spare: Vec<Point<D>>,
+}
+
+impl<const D: usize> Orders<D> {
+    fn new(members: &[u32], place: impl Fn(u32) -> [f32; D] + Sync) -> Self {
+        debug_assert!(members.is_sorted());
+        let point = |&index: &u32| Point {
+            at: place(index),
+            index,
+        };
+        let spare: Vec<_> = members.par_iter().with_min_len(TASK).map(point).collect();
+        let mut orders = std::array::from_fn(|_| Vec::new());
+        orders.par_iter_mut().enumerate().for_each(|(axis, order)| {
+            order.clone_from(&spare);
+            // Stable: points that do not differ are in the order of their indices.
+            radsort::sort_by_key(order, |point| point.at[axis].to_bits());
+        });
+        Orders { orders, spare }
+    }
+
+    fn whole(&mut self) -> Points<'_, D> {
+        Points {
+            orders: self.orders.each_mut().map(|order| &mut order[..]),
+            spare: &mut self.spare,
+        }
+    }
+
+    fn tree(mut self) -> Tree {
+        let mut order = vec![0; self.spare.len()];
+        let parts = match order.is_empty() {
+            true => Vec::new(),
+            false => self.whole().parts(&mut order, 0),
+        };
+        Tree { order, parts }
+    }
+}
+
+/// The points of a part, sorted along each axis, and room for as many.
+struct Points<'a, const D: usize> {
+    orders: [&'a mut [Point<D>]; D],
+    spare: &'a mut [Point<D>],
+}
+
+impl<'a, const D: usize> Points<'a, D> {
+    fn len(&self) -> usize {
+        self.spare.len()
+    }
+
+    fn indices(&self) -> impl Iterator<Item = u32> {
+        self.orders[0].iter().map(|point| point.index)
+    }
+
+    /// Its parts, the first point of which is number `from` in the order; `order` is that of its points.
+    /// The depth is bounded by the logarithm of their number: no part is larger than 3/4 of the whole and two points.
+    fn parts(self, order: &mut [u32], from: usize) -> Vec<Part> {
+        let count = self.len();
+        let mut parts = Vec::with_capacity(count);
+        if count < PARALLEL {
+            self.parts_into(order, from, &mut parts);
+            return parts;
+        }
+        let (low, high) = self.cut();
+        let middle = low.len();
+        let (low_order, high_order) = order.split_at_mut(middle);
+        let (first, second) = rayon::join(
+            || low.parts(low_order, from),
+            || high.parts(high_order, from + middle),
         );
-    let extent = (0..3).fold(0.0, |e: f64, k| e.max(high[k] - low[k]));
-    let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
-    members
-        .par_iter()
-        .map(|&index| {
-            let at = place(index);
-            Point {
-                at: std::array::from_fn(|k| ((at[k] - low[k]) * scale) as f32),
-                index,
+        let left = first.len() as u32;
+        parts.extend(first);
+        parts.extend(second.into_iter().map(|mut part| {
+            if part.left != NONE {
+                part.left += left;
             }
-        })
-        .collect()
-}
-
-/// Cuts `points`, which start at `from` in the order; `spare` is room for as many. The depth is
-/// bounded by the logarithm of their number: no part is larger than 7/8 of the whole.
-fn cut(points: &mut [Point], spare: &mut [Point], from: usize) -> Vec<Part> {
-    let mut parts = Vec::with_capacity(4 * points.len() / LEAF + 1);
-    if points.len() < PARALLEL {
-        cut_into(points, spare, from, &mut parts);
-        return parts;
-    }
-    let middle = split(points, spare);
-    let (low, high) = points.split_at_mut(middle);
-    let (low_spare, high_spare) = spare.split_at_mut(middle);
-    let (first, second) = rayon::join(
-        || cut(low, low_spare, from),
-        || cut(high, high_spare, from + middle),
-    );
-    let left = first.len();
-    parts.extend(first);
-    parts.extend(second.into_iter().map(|mut part| {
-        if part.left != NONE {
-            part.left += left as u32;
-        }
-        part
-    }));
-    parts.push(Part {
-        from: from as u32,
-        to: (from + points.len()) as u32,
-        left: left as u32 - 1,
-    });
-    parts
-}
-
-fn cut_into(points: &mut [Point], spare: &mut [Point], from: usize, parts: &mut Vec<Part>) {
-    if points.len() <= SORTED {
-        return Sorted::new(points).cut(points, from, parts);
-    }
-    let middle = split(points, spare);
-    let (low, high) = points.split_at_mut(middle);
-    let (low_spare, high_spare) = spare.split_at_mut(middle);
-    cut_into(low, low_spare, from, parts);
-    let left = parts.len() as u32 - 1;
-    cut_into(high, high_spare, from + middle, parts);
-    parts.push(Part {
-        from: from as u32,
-        to: (from + points.len()) as u32,
-        left,
-    });
-}
-
-/// The points of a small part, and their order along each axis, which its own parts keep (J. Bentley, J. Friedman,
-/// ACM Comput. Surv. 11, 1979): only once is anything sorted.
-struct Sorted {
-    points: [Point; SORTED],
-    orders: [[u16; SORTED]; 3],
-    /// Along how many axes they are sorted.
-    axes: usize,
-    /// Does a point belong to the upper part of the last cut?
-    is_above: [bool; SORTED],
-    /// Room for those of one order.
-    above: [u16; SORTED],
-}
-
-impl Sorted {
-    fn new(points: &[Point]) -> Self {
-        let mut sorted = Sorted {
-            points: [Point::default(); SORTED],
-            orders: [[0; SORTED]; 3],
-            axes: 2 + usize::from(points.iter().any(|point| point.at[2] != points[0].at[2])),
-            is_above: [false; SORTED],
-            above: [0; SORTED],
-        };
-        sorted.points[..points.len()].copy_from_slice(points);
-        let mut keys = [0_u64; SORTED];
-        let keys = &mut keys[..points.len()];
-        for (axis, order) in sorted.orders[..sorted.axes].iter_mut().enumerate() {
-            for ((place, key), point) in (0..).zip(&mut *keys).zip(points) {
-                // Coordinates are not negative, so that their bits are in their order.
-                *key = u64::from(point.at[axis].to_bits()) << u16::BITS | place;
-            }
-            keys.sort_unstable();
-            for (place, key) in order.iter_mut().zip(&*keys) {
-                *place = *key as u16;
-            }
-        }
-        sorted
+            part
+        }));
+        parts.push(Part {
+            from: from as u32,
+            to: (from + count) as u32,
+            left: left - 1,
+        });
+        parts
     }
 
-    /// Puts the points into the order of their parts.
-    fn cut(mut self, points: &mut [Point], from: usize, parts: &mut Vec<Part>) {
-        self.cut_range(0, points.len(), from, parts);
-        for (point, place) in points.iter_mut().zip(self.orders[0]) {
-            *point = self.points[place as usize];
-        }
-    }
-
-    fn at(&self, place: usize, axis: usize) -> f32 {
-        self.points[self.orders[axis][place] as usize].at[axis]
-    }
-
-    fn cut_range(&mut self, start: usize, end: usize, from: usize, parts: &mut Vec<Part>) {
-        let count = end - start;
+    fn parts_into(self, order: &mut [u32], from: usize, parts: &mut Vec<Part>) {
+        let count = self.len();
         let mut left = NONE;
         if count > LEAF {
-            let extents = [0, 1, 2].map(|axis| self.at(end - 1, axis) - self.at(start, axis));
-            let axis = longest(extents);
-            let slack = slack(count, extents);
-            let lowest = (count / 2).saturating_sub(slack).max(1);
-            let highest = (count / 2 + slack).min(count - 1);
-            let mut best = (count / 2, 0.0);
-            for k in lowest..=highest {
-                let gap = self.at(start + k, axis) - self.at(start + k - 1, axis);
-                let value = score(gap, k.abs_diff(count / 2), slack);
-                if value > best.1 {
-                    best = (k, value);
-                }
-            }
-            let middle = start + best.0;
-            for k in start..end {
-                self.is_above[self.orders[axis][k] as usize] = k >= middle;
-            }
-            for other in (0..self.axes).filter(|other| *other != axis) {
-                let order = &mut self.orders[other][start..end];
-                let (mut below, mut above) = (0, 0);
-                for k in 0..count {
-                    let place = order[k];
-                    let is_above = self.is_above[place as usize];
-                    order[below] = place;
-                    self.above[above] = place;
-                    above += usize::from(is_above);
-                    below += usize::from(!is_above);
-                }
-                order[below..].copy_from_slice(&self.above[..above]);
-            }
-            self.cut_range(start, middle, from, parts);
+            let (low, high) = self.cut();
+            let middle = low.len();
+            let (low_order, high_order) = order.split_at_mut(middle);
+            low.parts_into(low_order, from, parts);
             left = parts.len() as u32 - 1;
-            self.cut_range(middle, end, from, parts);
+            high.parts_into(high_order, from + middle, parts);
+        } else {
+            for (place, index) in order.iter_mut().zip(self.indices()) {
+                *place = index;
+            }
         }
         parts.push(Part {
-            from: (from + start) as u32,
-            to: (from + end) as u32,
+            from: from as u32,
+            to: (from + count) as u32,
             left,
         });
+    }
+
+    /// The lower and the upper part, neither of which is empty; there are two points or more.
+    fn cut(self) -> (Self, Self) {
+        let (axis, middle) = self.place();
+        let first_above = self.orders[axis][middle].key(axis);
+        let Points {
+            mut orders,
+            mut spare,
+        } = self;
+        for (_, order) in (0..D).zip(&mut orders).filter(|(other, _)| *other != axis) {
+            let mut below = 0;
+            for (k, point) in order.iter().enumerate() {
+                let is_above = point.key(axis) >= first_above;
+                let place = if is_above { middle + k - below } else { below };
+                spare[place] = *point;
+                below += usize::from(!is_above);
+            }
+            std::mem::swap(order, &mut spare);
+        }
+        let (low_spare, high_spare) = spare.split_at_mut(middle);
+        let mut high: [&mut [Point<D>]; D] = std::array::from_fn(|_| Default::default());
+        let mut of_high = high.iter_mut();
+        let low = orders.map(|order| {
+            let (low, above) = order.split_at_mut(middle);
+            if let Some(high) = of_high.next() {
+                *high = above;
+            }
+            low
+        });
+        let part = |orders, spare| Points { orders, spare };
+        (part(low, low_spare), part(high, high_spare))
+    }
+
+    /// The axis and the number of points below the cut: near the median, where the gap is widest.
+    fn place(&self) -> (usize, usize) {
+        let count = self.len();
+        let extents: [f32; D] = std::array::from_fn(|k| {
+            let order = &self.orders[k];
+            order[count - 1].at[k] - order[0].at[k]
+        });
+        let axis = longest(extents);
+        let across = match D == 3 && extents[D - 1] > 0.0 {
+            true => (count as f32).cbrt(),
+            false => (count as f32).sqrt(),
+        };
+        let slack = ((ROWS / across * count as f32) as usize).clamp(1, count / 4 + 1);
+        let half = count / 2;
+        let lowest = half.saturating_sub(slack).max(1);
+        let highest = (half + slack).min(count - 1);
+        let mut best = (half, 0.0);
+        let pairs = self.orders[axis][lowest - 1..=highest].windows(2);
+        for (k, pair) in (lowest..).zip(pairs) {
+            let gap = pair[1].at[axis] - pair[0].at[axis];
+            let value = gap * (1.0 - 0.5 * k.abs_diff(half) as f32 / slack as f32);
+            if value > best.1 {
+                best = (k, value);
+            }
+        }
+        (axis, best.0)
     }
 }
 
 /// The axis of the longest extent. A tie, as on a square, is decided for the higher axis whatever the rounding.
-fn longest(extents: [f32; 3]) -> usize {
-    (0..2).rev().fold(2, |best, k| {
+fn longest<const D: usize>(extents: [f32; D]) -> usize {
+    (0..D - 1).rev().fold(D - 1, |best, k| {
         if extents[k] > 1.0001 * extents[best] {
             k
         } else {
             best
         }
     })
-}
-
-/// By how many points a cut may be off the median.
-fn slack(count: usize, extents: [f32; 3]) -> usize {
-    let across = match extents[2] > 0.0 {
-        true => (count as f64).cbrt(),
-        false => (count as f64).sqrt(),
-    };
-    ((ROWS / across * count as f64) as usize).clamp(1, count / 4 + 1)
-}
-
-/// Puts the lower part first and returns its length, which is neither nothing nor all.
-fn split(points: &mut [Point], spare: &mut [Point]) -> usize {
-    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for Point { at, .. } in points.iter() {
-        // One instruction each; f32::min also looks for what is not a number.
-        for k in 0..3 {
-            low[k] = if at[k] < low[k] { at[k] } else { low[k] };
-            high[k] = if at[k] > high[k] { at[k] } else { high[k] };
-        }
-    }
-    let extents = std::array::from_fn(|k| high[k] - low[k]);
-    let axis = longest(extents);
-    let count = points.len();
-    if !(extents[axis] > 0.0) {
-        return count / 2;
-    }
-    let slack = slack(count, extents);
-    let at = place(points, axis, low[axis], high[axis], slack);
-    let (mut below, mut above) = (0, 0);
-    // Stable, so that the result is the same however the points came to stand here.
-    for k in 0..count {
-        let point = points[k];
-        let is_above = point.at[axis] >= at;
-        points[below] = point;
-        spare[above] = point;
-        above += usize::from(is_above);
-        below += usize::from(!is_above);
-    }
-    points[below..].copy_from_slice(&spare[..above]);
-    if below < count / 8 || above < count / 8 {
-        // More points on one spot than bins can separate.
-        points.sort_unstable_by(|a, b| a.at[axis].total_cmp(&b.at[axis]));
-        return count / 2;
-    }
-    below
-}
-
-/// Wide gaps near the median are good.
-fn score(gap: f32, off: usize, slack: usize) -> f32 {
-    gap * (1.0 - 0.5 * off as f32 / slack as f32)
-}
-
-/// Where to cut, from counts in bins: first of a sample, then of the points around the median.
-fn place(points: &[Point], axis: usize, low: f32, high: f32, slack: usize) -> f32 {
-    let half = points.len() / 2;
-    let step = (points.len() / SAMPLE).max(1);
-    let sample = Bins::new(points.iter().step_by(step), axis, low, high);
-    let (from, to) = sample.around(half / step, (2 * slack).div_ceil(step));
-    if !(to > from) {
-        return from;
-    }
-    Bins::new(points.iter(), axis, from, to).gap(half, slack)
-}
-
-/// Numbers of points by coordinate.
-struct Bins {
-    low: f32,
-    width: f32,
-    /// Bin 0 counts what lies below all bins, the last what lies above.
-    counts: [u32; BINS + 2],
-}
-
-impl Bins {
-    fn new<'p>(points: impl Iterator<Item = &'p Point>, axis: usize, low: f32, high: f32) -> Self {
-        let scale = BINS as f32 / (high - low);
-        let mut counts = [0; BINS + 2];
-        let (mut below, mut above) = (0, 0);
-        for point in points {
-            let bin = (point.at[axis] - low) * scale;
-            below += u32::from(bin < 0.0);
-            above += u32::from(bin >= BINS as f32);
-            if bin >= 0.0 && bin < BINS as f32 {
-                counts[bin as usize + 1] += 1;
-            }
-        }
-        counts[0] = below;
-        counts[BINS + 1] = above;
-        Bins {
-            low,
-            width: (high - low) / BINS as f32,
-            counts,
-        }
-    }
-
-    /// The lower edge of a bin.
-    fn edge(&self, bin: usize) -> f32 {
-        self.low + (bin as f32 - 1.0) * self.width
-    }
-
-    /// An interval with `count` points and `margin` more on either side of it, if there are.
-    fn around(&self, count: usize, margin: usize) -> (f32, f32) {
-        let (mut from, mut to, mut sum) = (1, BINS + 1, 0);
-        for bin in 0..=BINS + 1 {
-            if sum + margin <= count {
-                from = bin.max(1);
-            }
-            sum += self.counts[bin] as usize;
-            if sum >= count + margin {
-                to = (bin + 1).min(BINS + 1);
-                break;
-            }
-        }
-        (self.edge(from), self.edge(to))
-    }
-
-    /// The middle of the widest run of empty bins near the point number `half`; without any, the
-    /// edge next to that point.
-    fn gap(&self, half: usize, slack: usize) -> f32 {
-        let (mut best, mut nearest) = ((0.0, self.low), usize::MAX);
-        let (mut sum, mut empty) = (self.counts[0] as usize, 0);
-        for bin in 1..=BINS {
-            let off = sum.abs_diff(half);
-            if best.0 == 0.0 && off < nearest {
-                (nearest, best.1) = (off, self.edge(bin));
-            }
-            if self.counts[bin] == 0 {
-                empty += 1;
-                continue;
-            }
-            if empty > 0 && off <= slack {
-                let value = score(empty as f32, off, slack);
-                if value > best.0 {
-                    best = (value, 0.5 * (self.edge(bin - empty) + self.edge(bin)));
-                }
-            }
-            empty = 0;
-            sum += self.counts[bin] as usize;
-        }
-        best.1
-    }
 }
 
 #[cfg(test)]
@@ -453,8 +335,26 @@ mod tests {
         let on_one_spot = vec![[1e6, -3.0, 0.0]; 5000];
         let mut half = scattered.clone();
         half[..30_000].fill([0.5; 3]);
-        for points in [&scattered[..], &scattered[..1], &on_one_spot, &half, &[]] {
+        let flat: Vec<_> = scattered
+            .iter()
+            .map(|[x, y, _]| [*x, 0.5 * y, 3.0])
+            .collect();
+        let some = [
+            &scattered[..],
+            &scattered[..1],
+            &on_one_spot,
+            &half,
+            &flat,
+            &[],
+        ];
+        for points in some {
             let tree = tree(points);
+            let bounds = |part: &Part, axis: usize| {
+                let part = tree.order[part.from as usize..part.to as usize].iter();
+                let nothing = (f64::INFINITY, f64::NEG_INFINITY);
+                part.map(|i| points[*i as usize][axis])
+                    .fold(nothing, |(low, high), at| (at.min(low), at.max(high)))
+            };
             let mut sorted = tree.order.clone();
             sorted.sort_unstable();
             assert!(sorted.iter().enumerate().all(|(k, i)| k == *i as usize));
@@ -465,12 +365,53 @@ mod tests {
                 };
                 let (a, b) = (tree.parts[left], tree.parts[k - 1]);
                 assert_eq!((a.from, a.to, b.to), (part.from, b.from, part.to));
-                assert!(8 * a.len() + 8 >= part.len() && 8 * b.len() + 8 >= part.len());
+                assert!(4 * a.len() + 6 >= part.len() && 4 * b.len() + 6 >= part.len());
+                let extents = [0, 1, 2]
+                    .map(|axis| bounds(part, axis))
+                    .map(|(low, high)| high - low);
+                let longest = extents.into_iter().fold(0.0, f64::max);
+                // As far as f32 tells coordinates apart.
+                let is_across = |axis: usize| {
+                    extents[axis] > 0.999 * longest - 1e-6
+                        && bounds(&a, axis).1 < bounds(&b, axis).0 + 1e-6
+                };
+                assert!((0..3).any(is_across), "{part:?}");
             }
         }
     }
 
-    /// Also a part that is small enough to be sorted.
+    /// Against the tree.
+    #[test]
+    fn depths_are_those_on_the_way_to_the_first_part() {
+        let place = |k: u32| {
+            [
+                f64::from(k % 31),
+                f64::from(k / 31 % 29),
+                f64::from(k / 899),
+            ]
+        };
+        let members: Vec<u32> = (0..31 * 29 * 23).collect();
+        let tree = Tree::new(&members, place);
+        let mut depths = Tree::depths(&members, place, 3);
+        let mut expected = Vec::new();
+        let mut part = tree.parts.len() - 1;
+        for depth in 0..3 {
+            let Part { from, to, .. } = tree.parts[part - 1];
+            let cut_off = tree.order[from as usize..to as usize].iter();
+            expected.extend(cut_off.map(|&index| (index, depth)));
+            part = tree.parts[part].left().unwrap();
+        }
+        expected.extend(
+            tree.order[..tree.parts[part].to as usize]
+                .iter()
+                .map(|&index| (index, 3)),
+        );
+        depths.sort_unstable();
+        expected.sort_unstable();
+        assert_eq!(depths, expected);
+    }
+
+    /// In any direction.
     #[test]
     fn a_column_is_cut_across() {
         for axis in 0..3 {
