@@ -55,9 +55,9 @@ impl Tree {
     pub fn new(members: &[u32], place: impl Fn(u32) -> [f64; 3] + Sync) -> Self {
         let unit = UnitCube::around(members, &place);
         if unit.is_flat() {
-            Orders::new(members, |k| unit.plane(place(k))).tree()
+            Orders::<2>::new(members, |k| unit.of(place(k))).tree()
         } else {
-            Orders::new(members, |k| unit.space(place(k))).tree()
+            Orders::<3>::new(members, |k| unit.of(place(k))).tree()
         }
     }
 
@@ -68,7 +68,7 @@ impl Tree {
         most: u8,
     ) -> Vec<(u32, u8)> {
         let unit = UnitCube::around(members, &place);
-        let mut orders = Orders::new(members, |k| unit.space(place(k)));
+        let mut orders = Orders::<3>::new(members, |k| unit.of(place(k)));
         let mut part = orders.whole();
         let mut depths = Vec::with_capacity(members.len());
         for depth in 0..most {
@@ -113,13 +113,8 @@ impl UnitCube {
         !(self.high[2] > self.low[2])
     }
 
-    fn space(&self, at: [f64; 3]) -> [f32; 3] {
+    fn of<const D: usize>(&self, at: [f64; 3]) -> [f32; D] {
         std::array::from_fn(|k| ((at[k] - self.low[k]) * self.scale) as f32)
-    }
-
-    fn plane(&self, at: [f64; 3]) -> [f32; 2] {
-        let [x, y, _] = self.space(at);
-        [x, y]
     }
 }
 
@@ -264,17 +259,17 @@ impl<'a, const D: usize> Points<'a, D> {
             std::mem::swap(order, &mut spare);
         }
         let (low_spare, high_spare) = spare.split_at_mut(middle);
-        let mut high: [&mut [Point<D>]; D] = std::array::from_fn(|_| Default::default());
-        let mut of_high = high.iter_mut();
-        let low = orders.map(|order| {
-            let (low, above) = order.split_at_mut(middle);
-            if let Some(high) = of_high.next() {
-                *high = above;
-            }
-            low
-        });
-        let part = |orders, spare| Points { orders, spare };
-        (part(low, low_spare), part(high, high_spare))
+        let high = Points {
+            orders: orders
+                .each_mut()
+                .map(|order| order.split_off_mut(middle..).unwrap_or_default()),
+            spare: high_spare,
+        };
+        let low = Points {
+            orders,
+            spare: low_spare,
+        };
+        (low, high)
     }
 
     /// The axis and the number of points below the cut: near the median, where the gap is widest.

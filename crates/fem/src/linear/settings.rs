@@ -24,7 +24,7 @@ pub enum Solver {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Precision {
-    /// binary64, or f32 where the factor is large: its further step of refinement takes a twentieth more time, and memory is shorter.
+    /// binary64, or f32 where the factor is large: half of its memory for a twentieth more time, that of a further step of refinement.
     #[default]
     Auto,
     /// binary64.
