@@ -19,7 +19,7 @@ const ENVIRONMENTS: [Environment; 3] = [
         "skfem",
         false,
         &["scikit-fem"],
-        &["test_skfem.py", "test_docs.py"],
+        &["test_skfem.py", "test_every_dof.py", "test_docs.py"],
     ),
     (
         "debian",
@@ -28,6 +28,7 @@ const ENVIRONMENTS: [Environment; 3] = [
         &[
             "test_dolfinx.py",
             "test_getfem.py",
+            "test_every_dof.py",
             "test_docs.py",
             "test_notebook.py",
         ],
@@ -50,6 +51,7 @@ const ENVIRONMENTS: [Environment; 3] = [
             "test_plugin.py",
             "test_meshes.py",
             "test_ngsolve.py",
+            "test_every_dof.py",
             "test_stubs.py",
             "test_docs.py",
         ],

@@ -5,6 +5,8 @@ import os
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from . import _core
 from .errors import usage
 
@@ -21,6 +23,20 @@ def is_function(thing):
     """Is it a function, that has one field, whose name may be another one's?"""
     kinds = _family(thing[0] if isinstance(thing, tuple) and thing else thing)
     return bool(kinds & {"dolfinx", "skfem", "ngsolve", "getfem"})
+
+
+def memory(thing):
+    """The memory of all dofs of a function; None of what is no function, or a part of one."""
+    kinds = _family(thing[0] if isinstance(thing, tuple) and thing else thing)
+    if isinstance(thing, tuple) and kinds & {"skfem", "getfem"}:
+        return np.asarray(thing[1])
+    if "dolfinx" in kinds:
+        component = thing.function_space.component
+        # Parts have the memory of the whole.
+        return None if len(component() if callable(component) else component) else thing.x.array
+    if "ngsolve" in kinds:
+        return thing.vec.FV().NumPy()
+    return None
 
 
 def side(thing, name=None):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import _core
-from .errors import usage
+from .errors import Error, usage
 
 #: Names of meshio and of codes for the shapes that have complete elements of any order.
 SHAPES = {
@@ -22,13 +22,15 @@ class Arrays:
     def __init__(self, source, points=None):
         self.source = source
         self.cells, self.fields, self.groups = [], [], []
+        #: The name of a function, whose parts may be several fields.
+        self.called = None
         self.points = None
         if points is not None:
             points = numbers(points, "points", source)
             if points.ndim != 2 or not 1 <= points.shape[1] <= 3:
                 raise usage(f"points of shape {points.shape}", "give one row of 2 or 3 coordinates a point", source)
             if points.shape[1] == 3:
-                self.points = np.ascontiguousarray(points, dtype=np.float64)
+                self.points = np.require(points, np.float64, "CA")
             else:
                 self.points = np.zeros((len(points), 3))
                 self.points[:, : points.shape[1]] = points
@@ -52,7 +54,7 @@ class Arrays:
                 "count points from 0",
                 self.source,
             )
-        self.cells.append((int(kind), np.ascontiguousarray(nodes, dtype=np.uint32)))
+        self.cells.append((int(kind), np.require(nodes, np.uint32, "CA")))
 
     def add_field(self, name, on, values):
         """A field on "points", "cells" or "corners": one row of components for each."""
@@ -64,7 +66,18 @@ class Arrays:
         components = int(np.prod(values.shape[1:], dtype=int))
         if values.size == 0:
             raise usage(f"the field {name!r} is empty", "give a value for each of what carries it", self.source)
-        self.fields.append((str(name), on, components, np.ascontiguousarray(values)))
+        self.fields.append((str(name), on, components, np.require(values, requirements="CA")))
+
+    def add_function(self, name, on, values):
+        """The only field, under the name of a function."""
+        self.called = str(name)
+        self.add_field(name, on, values)
+
+    def rename(self, called):
+        """Gives the function another name, and so its real and imaginary parts."""
+        ending = len(self.called)
+        self.fields = [(called + name[ending:], *rest) for name, *rest in self.fields]
+        self.called = called
 
     def add_group(self, name, dim, tag, cells):
         cells = np.unique(np.asarray(cells, dtype=np.int64)).astype(np.uint32)
@@ -101,6 +114,54 @@ def partners(theirs, ours):
     return found if is_same and len(set(found)) == len(ours) else None
 
 
+#: Points of the unit cell of any shape that have no symmetry: what vanishes at nodes does not vanish at all of these.
+PROBES = np.array([[0.137, 0.211, 0.293], [0.523, 0.109, 0.071], [0.071, 0.587, 0.173], [0.233, 0.197, 0.461]])
+#: What rounding may leave of the difference, relative to the largest value.
+PROOF = 1e-9
+
+
+def proved(source, shape, order, least, at, dofs):
+    """The degree of a function on each cell, and its places and values at the nodes of that degree.
+
+    `at` gives places and values, cell by cell, at points of the unit cell; `order` is the degree that the space names, and `least`
+    that of the cells. A name is not believed: where the polynomial through the values at the nodes is not the function at points
+    that are no nodes, the next degree is tried, so that no dof is left out. `dofs` are those of the space.
+    """
+    degree, probes = max(order, least) if order else 0, None
+    while True:
+        try:
+            _, nodes = nodes_of(shape, max(degree, 1))
+        except Error:
+            what = "on its cells it is no polynomial of a degree that files hold"
+            raise usage(what, "interpolate it into a Lagrange space that holds it, and compare that", source) from None
+        if probes is None:
+            probes = PROBES[:, : nodes.shape[1]]
+            expected = at(probes)[1]
+            if np.any(dofs) and not np.any(expected):
+                raise usage("it is 0 inside all cells, and its dofs are not", "compare what lives on faces as rows of values", source)
+        places, values = at(nodes)
+        if represents(shape, degree, nodes, values, probes, expected):
+            return degree, places, values
+        degree = max(degree + 1, least)
+
+
+def represents(shape, degree, nodes, values, probes, expected):
+    """Is the polynomial through the values at the nodes that of the expected values at other points, on every cell?"""
+    if degree == 0:
+        found = values[:, :1]
+    else:
+        exponents = np.indices((degree + 1,) * nodes.shape[1]).reshape(nodes.shape[1], -1).T
+        # A complete element of a simplex has the degree in all coordinates together, a box in each.
+        if SHAPES.get(shape, shape) in ("triangle", "tetrahedron"):
+            exponents = exponents[exponents.sum(axis=1) <= degree]
+        powers = [np.prod(of[:, None, :] ** exponents[None, :, :], axis=2) for of in (nodes, probes)]
+        weights = np.linalg.solve(powers[0].T, powers[1].T)
+        found = np.einsum("np,cn...->cp...", weights, values)
+    # What is not a number is found by the comparison.
+    largest, apart = (np.max(np.abs(of), initial=0.0, where=np.isfinite(of)) for of in (expected, found - expected))
+    return apart <= PROOF * max(largest, np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))
+
+
 def functions(source, name, shape, order, places, values, numbers_of=None):
     """A function by its values at the nodes of each cell, which have these places: arrays of (cells, nodes, …).
 
@@ -114,7 +175,7 @@ def functions(source, name, shape, order, places, values, numbers_of=None):
         points, numbers_of = merged(places)
         arrays = Arrays(source, points)
         arrays.add_cells(kind, numbers_of.reshape(shape_of_cells))
-        arrays.add_field(name, "cells", values[:, 0])
+        arrays.add_function(name, "cells", values[:, 0])
         return arrays
     values = values.reshape(-1, *scalar)
     if numbers_of is None:
@@ -132,7 +193,7 @@ def functions(source, name, shape, order, places, values, numbers_of=None):
         numbers_of = np.arange(len(places))
     arrays = Arrays(source, places)
     arrays.add_cells(kind, numbers_of.reshape(shape_of_cells))
-    arrays.add_field(name, "points", values)
+    arrays.add_function(name, "points", values)
     return arrays
 
 
@@ -148,7 +209,7 @@ def on_faces(source, name, places, faces, values):
     """A Crouzeix–Raviart function: one value a face. Faces are rows of numbers of `places`."""
     arrays = Arrays(source, places)
     arrays.add_cells({2: 1, 3: 2}[faces.shape[1]], faces)
-    arrays.add_field(name, "cells", values)
+    arrays.add_function(name, "cells", values)
     return arrays
 
 

@@ -2,10 +2,14 @@
 
 import json
 import tempfile
+from fnmatch import fnmatchcase
 from pathlib import Path
 
+import numpy as np
+
 from . import _core
-from ._adapters import NAME, is_function, names, side
+from ._adapters import NAME, is_function, memory, names, side
+from ._arrays import Arrays
 from ._program import framed, words
 from .errors import Error, usage
 
@@ -134,17 +138,35 @@ def compare(a, b, *, rtol=None, atol=None, fields=None, name=None, **options):
         given = ",".join(f"{key}={value!r}" for key, value in bounds.items())
         options.setdefault("field", []).append(f"{field}:{given}")
     sides = [side(a, name), side(b, name)]
+    _refuse_one_memory((a, b), sides, options)
     unnamed = [is_function(thing) and name is None for thing in (a, b)]
     for k in (0, 1):
         if unnamed[k]:
             called = NAME if unnamed[1 - k] else _only_name(sides[1 - k])
-            sides[k].fields = [(called, *rest) for _, *rest in sides[k].fields]
+            sides[k].rename(called)
     notes = []
     if any(map(is_function, (a, b))) and not options.get("only"):
         options["only"] = names(sides[0] if is_function(a) else sides[1])
     # Takes the sides out of the list: what an adapter made is not kept beside what the comparison makes of it.
     found, told = _core.compare(sides, [*words({"rtol": rtol, "atol": atol, **options})])
     return Comparison(found, notes + told)
+
+
+def _refuse_one_memory(things, sides, options):
+    """Refuses two results that are one buffer, as of a solver that writes into what it returned before: they agree whatever it holds."""
+    remedy = "keep a copy of the first before the second is computed, as with numpy.copy"
+    raw = [memory(thing) for thing in things]
+    if None not in raw and np.may_share_memory(*raw):
+        raise usage("the dofs of both are the same memory", remedy)
+    if isinstance(sides[0], Arrays) and isinstance(sides[1], Arrays):
+        left_out = options.get("except_") or []
+        only = options.get("only")
+        left_out, only = ([of] if isinstance(of, str) else of for of in (left_out, only))
+        for name, _, _, values in sides[0].fields:
+            is_asked = only is None or any(fnmatchcase(name, of) for of in only)
+            if is_asked and not any(fnmatchcase(name, of) for of in left_out):
+                if any(np.may_share_memory(values, other) for known, *_, other in sides[1].fields if known == name):
+                    raise usage(f"the field {name!r} is the same memory in both", f"{remedy}; or leave it out, as except_=[{name!r}]")
 
 
 def _only_name(other):
@@ -160,6 +182,9 @@ def _only_name(other):
                 return NAME
             raise
     known = names(of)
+    # A complex field has two parts.
+    if [name.partition(" (")[2] for name in known] == ["real)", "imaginary)"]:
+        known = sorted({name.partition(" (")[0] for name in known})
     if len(known) == 1:
         return known[0]
     if NAME in known:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._arrays import faces_of_cells, functions, nodes_of, on_faces, partners
+from ._arrays import faces_of_cells, functions, nodes_of, on_faces, partners, proved
 from .errors import usage
 
 
@@ -50,20 +50,30 @@ def arrays(uh, name=None):
         faces, means = faces_of_cells(corners[:, :width], means)
         return on_faces(source, name, mesh.geometry.x, faces, means.reshape(len(means), *vector))
 
-    order = max(degree, cmap.degree) if degree else 0
-    _, nodes = nodes_of(shape, max(order, 1))
-    # The map of a cell is linear in its nodes: what it makes of each of them alone.
-    each = np.eye(corners.shape[1])
-    phi = np.column_stack([cmap.push_forward(nodes, np.ascontiguousarray(each[:, [k, k]]))[:, 0] for k in range(len(each))])
-    places = np.einsum("nk,ckx->cnx", phi, mesh.geometry.x[corners])
-    if degree == 0:
-        return functions(source, name, shape, 0, places, values[dofs].reshape(cells, 1, *vector))
-    at = partners(theirs, nodes) if getattr(space.element, "interpolation_ident", False) else None
-    if at is not None:
-        found = values[dofs[:, at]].reshape(cells, len(nodes), *vector)
-        return functions(source, name, shape, order, places, found, dofs[:, at])
-    found = uh.eval(places.reshape(-1, 3), np.repeat(np.arange(cells, dtype=np.int32), len(nodes)))
-    return functions(source, name, shape, order, places, found.reshape(cells, len(nodes), *vector))
+    def places_of(nodes):
+        # The map of a cell is linear in its nodes: what it makes of each of them alone.
+        each = np.eye(corners.shape[1])
+        phi = [cmap.push_forward(nodes, np.ascontiguousarray(each[:, [k, k]]))[:, 0] for k in range(len(each))]
+        return np.einsum("nk,ckx->cnx", np.column_stack(phi), mesh.geometry.x[corners])
+
+    def at(nodes):
+        """Places and values, cell by cell, at points of the unit cell."""
+        places = places_of(nodes)
+        found = uh.eval(places.reshape(-1, 3), np.repeat(np.arange(cells, dtype=np.int32), len(nodes)))
+        return places, found.reshape(cells, len(nodes), *vector)
+
+    # The dofs of Lagrange spaces are values at nodes, and numbers of dofs those of points.
+    if getattr(space.element, "interpolation_ident", False):
+        order = max(degree, cmap.degree) if degree else 0
+        _, nodes = nodes_of(shape, max(order, 1))
+        if degree == 0:
+            return functions(source, name, shape, 0, places_of(nodes), values[dofs].reshape(cells, 1, *vector))
+        of_nodes = partners(theirs, nodes)
+        if of_nodes is not None:
+            found = values[dofs[:, of_nodes]].reshape(cells, len(nodes), *vector)
+            return functions(source, name, shape, order, places_of(nodes), found, dofs[:, of_nodes])
+    order, places, found = proved(source, shape, degree, cmap.degree, at, values)
+    return functions(source, name, shape, order, places, found)
 
 
 def _degree(element):

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from ._arrays import faces_of_cells, functions, merged, nodes_of, on_faces, partners
+from ._arrays import faces_of_cells, functions, merged, nodes_of, on_faces, partners, represents
 from .errors import usage
 
 SIMPLICES = {1: "line", 2: "triangle", 3: "tetrahedron"}
@@ -54,10 +54,16 @@ def arrays(pair, name=None):
     # Of a box GetFEM has the total degree.
     degree = -(-int(element.estimated_degree()) // (1 if is_simplex else dim))
     order = max(degree, curve) if degree else 0
-    _, nodes = nodes_of(shape, max(order, 1))
-    theirs, places, values = nodal(max(order, 1))
-    at = partners(theirs, nodes)
-    places, values = places[:, at], values[:, at]
+    # A degree is not believed: the function is held against its values at the nodes of a higher one.
+    probes, _, expected = nodal(max(order, 1) + 3)
+    while True:
+        _, nodes = nodes_of(shape, max(order, 1))
+        theirs, places, values = nodal(max(order, 1))
+        at = partners(theirs, nodes)
+        places, values = places[:, at], values[:, at]
+        if represents(shape, order, nodes, values, probes, expected):
+            break
+        order = max(order + 1, curve)
     if "NONCONFORMING" in element.char():
         width = places.shape[1]
         # From the values at its corners, the mean on the face opposite each.

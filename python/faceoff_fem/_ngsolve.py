@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._arrays import faces_of_cells, functions, nodes_of, on_faces
+from ._arrays import faces_of_cells, functions, on_faces, proved
 from .errors import usage
 
 
@@ -43,9 +43,6 @@ def arrays(uh, name=None):
         faces, means = faces_of_cells(cells, means)
         return on_faces(source, name, places, faces, means)
 
-    order = space.globalorder
-    if order:
-        order = max(order, mesh.GetCurveOrder())
-    _, nodes = nodes_of(shape, max(order, 1))
-    places, values = at(nodes)
+    # An order of 0 of H(div) and H(curl) has linear functions.
+    order, places, values = proved(source, shape, space.globalorder, mesh.GetCurveOrder(), at, uh.vec.FV().NumPy())
     return functions(source, name, shape, order, places, values)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ._arrays import faces_of_cells, functions, nodes_of, on_faces
+from ._arrays import faces_of_cells, functions, on_faces, proved
 from .errors import usage
 
 SHAPES = {
@@ -45,11 +45,7 @@ def arrays(pair, name=None):
         faces, means = faces_of_cells(mesh.t.T, means)
         return on_faces(source, name, mesh.p.T, faces, means)
 
-    order = _order(part, shape)
-    if order:
-        order = max(order, _order(mesh.elem(), shape))
-    _, nodes = nodes_of(shape, max(order, 1))
-    places, values = at(nodes)
+    order, places, values = proved(source, shape, _order(part, shape), _order(mesh.elem(), shape), at, x)
     return functions(source, name, shape, order, places, values)
 
 

@@ -5,6 +5,7 @@ folder. It is a property of the test in JUnit's XML, and is shown in the page of
 """
 
 import json
+import os
 import platform
 import re
 import sys
@@ -62,6 +63,7 @@ class Checker:
         pytest.fail(f"{found}\n{remedy}page: {page}", pytrace=False)
 
 
+_RECORDED = pytest.StashKey[list]()
 _PAGES = pytest.StashKey[int]()
 _EXTRAS = pytest.StashKey[list]()
 
@@ -69,10 +71,14 @@ _EXTRAS = pytest.StashKey[list]()
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item):
     outcome = yield
-    extras = item.stash.get(_EXTRAS, None)
+    extras, recorded = item.stash.get(_EXTRAS, None), item.stash.get(_RECORDED, None)
+    report = outcome.get_result()
     if extras:
-        report = outcome.get_result()
         report.extras = [*getattr(report, "extras", []), *extras]
+    # What was kept as right was compared with nothing.
+    if recorded and report.when == "call" and report.passed:
+        path, line, _ = item.location
+        report.outcome, report.longrepr = "skipped", (path, line or 0, f"recorded, not compared: {', '.join(recorded)}")
 
 
 @pytest.fixture
@@ -105,10 +111,13 @@ class Regression(Checker):
         folder = self.request.path.with_suffix("")
         data, recipe = folder / f"{stem}.vtu", folder / f"{stem}.json"
         if self.request.config.getoption("--faceoff-record"):
+            if os.environ.get("CI"):
+                pytest.fail("--faceoff-record takes any result for right; record on your own machine, and keep the files", pytrace=False)
             folder.mkdir(exist_ok=True)
             write(data, result)
             rtol = 1e-8 if rtol is None else rtol
             _keep(recipe, self.request.node.nodeid, {"rtol": rtol, "atol": 0.0 if atol is None else atol, **options})
+            self.request.node.stash.setdefault(_RECORDED, []).append(data.name)
             return
         if not (data.exists() and recipe.exists()):
             pytest.fail(f"nothing is recorded in {data}; run pytest with --faceoff-record, and keep the file", pytrace=False)

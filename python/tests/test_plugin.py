@@ -21,7 +21,9 @@ def test_two(faceoff_regression):
 
 
 @pytest.fixture
-def suite(pytester):
+def suite(pytester, monkeypatch):
+    monkeypatch.delenv("CI", raising=False)
+
     def run(*options, change=0.0, rtol=None):
         pytester.makepyfile(test_it=TEST.format(change=change, rtol=rtol))
         return pytester.runpytest_subprocess(*options)
@@ -34,7 +36,7 @@ def test_what_is_recorded_is_held_against(suite, pytester, workers):
     missing = suite(*workers)
     missing.assert_outcomes(failed=5)
     missing.stdout.fnmatch_lines(["*--faceoff-record*"])
-    suite("--faceoff-record", *workers, rtol=1e-6).assert_outcomes(passed=5)
+    suite("--faceoff-record", *workers, rtol=1e-6).assert_outcomes(skipped=5)
     recipe = json.loads((pytester.path / "test_it" / "test_u_0_.json").read_text())
     assert recipe["tolerances"]["rtol"] == 1e-6 and recipe["made by"]["numpy"]
     suite(*workers).assert_outcomes(passed=5)
@@ -48,7 +50,16 @@ def test_what_is_recorded_is_held_against(suite, pytester, workers):
     assert "faceoff page" in (pytester.path / "junit.xml").read_text()
 
 
-def test_a_result_has_one_name(pytester):
+def test_what_is_recorded_in_ci_is_not_taken_for_right(suite, pytester, monkeypatch):
+    monkeypatch.setenv("CI", "true")
+    found = suite("--faceoff-record")
+    found.assert_outcomes(failed=5)
+    found.stdout.fnmatch_lines(["*on your own machine*"])
+    assert not list(pytester.path.rglob("*.vtu"))
+
+
+def test_a_result_has_one_name(pytester, monkeypatch):
+    monkeypatch.delenv("CI", raising=False)
     pytester.makepyfile(
         """
         def test_it(faceoff_regression):
