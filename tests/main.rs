@@ -13,6 +13,7 @@ mod engines;
 mod face_off;
 mod false_alarms;
 mod faults;
+mod given;
 mod judge;
 mod matrix;
 mod mesh_faults;

@@ -288,8 +288,8 @@ fn formats() -> String {
 #[derive(Args)]
 #[command(after_help = SCENES)]
 pub(super) struct Verify {
-    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or one face-off file, with codes of your
-    /// own (`faceoff new`)
+    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or one face-off file, whose codes are
+    /// programs of your own (`faceoff new`): with --run
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]; of a face-off, codes of it
@@ -319,6 +319,9 @@ pub(super) struct Verify {
     /// Keep each answer in DIR as it comes, and take those that an interrupted run of the same settings kept there
     #[arg(long, value_name = "DIR", conflicts_with = "diagnose")]
     pub resume: Option<PathBuf>,
+    /// Run the programs that a face-off file names: without it a file with commands is refused, as any file is data
+    #[arg(long)]
+    pub run: bool,
     #[command(flatten)]
     pub trust: Trust,
     /// Tell of each case which model was chosen, what was left out, and what the Rust engine built for it

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use super::args::Matrix;
 use super::code;
 use super::progress::watched;
+use super::verify::may_start;
 use super::words::methods;
 use crate::campaigns::matrix::{MatrixRequest, check, matrix};
 use crate::engine::{EngineFile, parsed};
@@ -51,6 +52,8 @@ pub(super) fn run(arguments: &Matrix, to: &Output) -> Result<u8> {
         path: path.clone(),
     };
     check(&request)?;
+    let programs = request.releases.iter().filter_map(EngineFile::program);
+    may_start("matrix", path, arguments.run, programs)?;
     let past = to.report.map_or(Ok(Vec::new()), report::past)?;
     let outcome = watched(&[], vec![], to.quiet, |progress| matrix(&request, progress))?;
     deliver(&report::matrix(&outcome, past)?, to)?;

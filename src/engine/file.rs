@@ -39,6 +39,20 @@ pub struct EngineFile {
     within: Option<Vec<String>>,
 }
 
+impl EngineFile {
+    /// The program that runs, by the first word, or the folder of changed scripts that a companion runs.
+    pub fn program(&self) -> Option<&str> {
+        let first = [&self.within, &self.command].map(|words| words.as_ref()?.first());
+        let scripts = self.scripts.as_ref().or(self.companion.as_ref());
+        first
+            .into_iter()
+            .flatten()
+            .next()
+            .or(scripts)
+            .map(String::as_str)
+    }
+}
+
 const REMEDY: &str =
     "give `name`, and `command`, or `companion` and where it differs `scripts` or `within`";
 

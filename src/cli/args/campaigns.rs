@@ -132,6 +132,9 @@ pub(in crate::cli) struct Paper {
 pub(in crate::cli) struct Matrix {
     /// A TOML file with `scenes`, `methods`, `n`, and `[[releases]]` of codes with the words by which each runs in a container or chroot
     pub file: PathBuf,
+    /// Run the programs that the file names: without it the file is refused, as any file is data
+    #[arg(long)]
+    pub run: bool,
     #[command(flatten)]
     pub trust: Trust,
     #[command(flatten)]

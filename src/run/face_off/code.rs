@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::engine::{Engine, How, Left, Script, Settings, Silent, Task};
+use crate::engine::{Engine, How, Left, NAMES, Script, Settings, Silent, Task};
 use crate::run::{Setup, function};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
@@ -46,6 +46,15 @@ impl Code {
         match self {
             Code::Script(script) => script,
             Code::Protocol(protocol) => &protocol.files,
+        }
+    }
+
+    /// The program that the file starts by it: the first word of a command, or an engine that a file describes; none of an engine
+    /// of ours.
+    pub fn program(&self) -> Option<&str> {
+        match self {
+            Code::Script(script) => script.command.first().map(String::as_str),
+            Code::Protocol(of) => Some(of.engine.name()).filter(|name| !NAMES.contains(name)),
         }
     }
 
