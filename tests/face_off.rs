@@ -209,13 +209,17 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     let refused = |text: &str, part: &str| {
         write(at, "x.toml", text);
-        let ran = run(at, &["verify", "x.toml"]);
+        let ran = run(at, &["verify", "--run", "x.toml"]);
         assert_eq!(ran.code, Some(2), "{text}: {}{}", ran.stdout, ran.stderr);
         let told = format!("{}{}", ran.stdout, ran.stderr);
         assert!(told.contains(part), "{part}: {told}");
     };
     // What the code does.
-    refused(&file("[\"true\"]", ""), "is older than this run");
+    refused(&file("[\"true\"]", ""), "does not say where its results go");
+    refused(
+        &file("[\"cp\", \"u.csv\", \"{{out}/u.csv\"]", ""),
+        "does not say where its results go",
+    );
     refused(
         &file("[\"true\", \"{out}\"]", ""),
         "it ended well and has not written u.csv, nor anything else",

@@ -83,7 +83,7 @@ impl Code {
     /// # Errors
     /// Files that are not there or cannot be read.
     pub fn left(&self, folder: &Path, seconds: f64) -> Result<Left> {
-        self.files().left(folder, None, seconds)
+        self.files().left(folder, seconds)
     }
 
     /// What its answer depends on besides its task.
@@ -158,6 +158,6 @@ impl Protocol {
         let (mesh, field) = function::broken(&case.problem, "u", &answer.u);
         let encoding = vtu::Encoding::Base64(vtu::Compressor::Zlib);
         vtu::write(&folder.join(FIELD), &mesh, &[field], &[], encoding)?;
-        self.files.left(folder, None, seconds)
+        self.files.left(folder, seconds)
     }
 }
