@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Matrix, to: &Output) -> Result<u8> {
     deliver(&report::matrix(&outcome, past)?, to)?;
     if let Some(folder) = to.report {
         for (place, cell) in report::matrix_cells(&outcome)? {
-            report::write_page(&cell, &folder.join(report::cell_name(place)))?;
+            report::write_page(&cell, folder, &report::cell_name(place))?;
         }
     }
     Ok(code(outcome.verdict))
