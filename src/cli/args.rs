@@ -44,6 +44,7 @@ Environment:
   FACEOFF_LOG            What happens inside, on standard error: info or debug
   FACEOFF_PYTHON         The Python that has dolfinx
   FACEOFF_MESHIO_PYTHON  The Python that has meshio
+  FACEOFF_SANDBOX        `require`: every command runs other codes as with --sandbox
   NO_COLOR               No colours on a terminal";
 
 /// What a command may take, with all that it starts.
@@ -55,6 +56,10 @@ pub(super) struct Limits {
     /// Most memory that it may take, as in 500MB or 4GB [default: what is available]
     #[arg(long, global = true, value_name = "SIZE", value_parser = memory, allow_negative_numbers = true)]
     pub memory: Option<u64>,
+    /// Run other codes in a sandbox (bubblewrap) or not at all: no network, none of your variables and files, their job folder alone
+    /// to write in [env: FACEOFF_SANDBOX=require]
+    #[arg(long, global = true)]
+    pub sandbox: bool,
     /// Say more: `verify` every answer and every field of every pair; -vv: which programs run, and what is left out
     #[arg(long, short, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
@@ -268,9 +273,6 @@ pub(super) struct Running {
     /// Most iterations
     #[arg(long, value_name = "STEPS", default_value = "50", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_iterations: u32,
-    /// Run engines in a sandbox (bubblewrap): no network, none of your variables and files, their job folder alone to write in
-    #[arg(long)]
-    pub sandbox: bool,
     /// Install what is missing first
     #[arg(long)]
     pub install: bool,
@@ -609,9 +611,6 @@ pub(super) enum EnginesAction {
         /// A TOML file that describes an engine, or the name of one that is built in
         #[arg(value_name = "FILE")]
         engine: String,
-        /// Run it in a sandbox, as `verify --sandbox` does
-        #[arg(long)]
-        sandbox: bool,
         #[command(flatten)]
         verdicts: Verdicts,
         #[command(flatten)]

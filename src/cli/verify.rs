@@ -122,7 +122,7 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         codes: arguments.engines.clone(),
         keep: running.keep.clone(),
         time_limit: Settings::default().time_limit,
-        sandbox: running.sandbox,
+        sandbox: Settings::default().sandbox,
         store: store.as_ref(),
         against: record.as_ref(),
         diagnose: arguments.diagnose,
@@ -237,7 +237,6 @@ pub(super) fn settings(running: &Running) -> Settings {
             (None, ranks) => Launch::Ranks(ranks as usize),
         },
         keep: running.keep.clone(),
-        sandbox: running.sandbox,
         ..Settings::default()
     }
 }

@@ -117,6 +117,11 @@ pub(super) fn described(file: EngineFile, path: &Path) -> Result<Program> {
         let what = "`within` does not name {job}, the folder that the command must see";
         return Err(refuse(Place::Whole, format!("{}: {what}", file.name)));
     }
+    // To ask it for its version runs its words.
+    if !within.is_empty() && super::needs_sandbox() {
+        let what = format!("{} runs within another system already", file.name);
+        return Err(Error::usage(what, "leave --sandbox out"));
+    }
     Ok(Program {
         name: file.name,
         kind,

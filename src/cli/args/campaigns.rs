@@ -104,7 +104,7 @@ pub(in crate::cli) struct Stress {
 #[derive(Args)]
 pub(in crate::cli) struct Paper {
     /// The mesh-free solutions only: contact set, norms, flux and samples
-    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "sandbox", "install"])]
+    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
     pub reference: bool,
     /// N of (6.2) besides the paper's 3 and 5
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
