@@ -176,13 +176,9 @@ def full_disk(at):
         outputs = ["--report", "filled/page", "--json", "filled/a.json", "--junit", "filled/a.xml", "--badge", "filled/a.svg"]
         code, _, err = run([*SMALL, "--engines", "rust,freefem", *outputs], at)
         must(code == 0, code, err)
-        with open(filled / "filler", "wb") as filler:
-            try:
-                while True:
-                    filler.write(bytes(4096))
-                    filler.flush()
-            except OSError:
-                pass
+        with open(filled / "filler", "wb", buffering=0) as filler, contextlib.suppress(OSError):
+            while True:
+                filler.write(bytes(4096))
         code, _, err = run([*SMALL, "--engines", "rust,freefem", *outputs], at)
         must(code == 2 and "is removed" in err, code, err)
         for name in ["page/index.html", "a.json", "a.xml", "a.svg"]:

@@ -533,9 +533,9 @@ fn codes_are_judged_against_their_record() {
     );
     let ran = run(at, &["verify", "--run", "x.toml", "--record", "third"]);
     assert!(
-        ran.stdout.contains("let it write into {out}"),
+        ran.stderr.contains("does not say where its results go"),
         "{}",
-        ran.stdout
+        ran.stderr
     );
 }
 

@@ -53,6 +53,7 @@ fn a_report_has_no_files_of_an_earlier_one() {
     let folder = folder();
     let at = folder.path();
     write(at, "a.csv", "vertex,u\n0,1\n");
+    write(at, "b.csv", "vertex,u\n0,1\n");
     let names = || {
         let entries = fs::read_dir(at.join("page")).unwrap();
         let mut names: Vec<String> = entries
@@ -85,7 +86,7 @@ fn a_report_has_no_files_of_an_earlier_one() {
         "{first:?}"
     );
     write(&at.join("page"), "mine.txt", "not of a report");
-    let ran = run(at, &["compare", "a.csv", "a.csv", "--report", "page"]);
+    let ran = run(at, &["compare", "a.csv", "b.csv", "--report", "page"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     let second = names();
     let fresh = [
@@ -114,7 +115,7 @@ fn a_report_has_no_files_of_an_earlier_one() {
         "../a.csv\n/etc/hostname\n.\n..\n\nindex.html\n",
     );
     assert_eq!(
-        run(at, &["compare", "a.csv", "a.csv", "--report", "page"]).code,
+        run(at, &["compare", "a.csv", "b.csv", "--report", "page"]).code,
         Some(0)
     );
     assert!(at.join("a.csv").is_file() && at.join("page/mine.txt").is_file());

@@ -154,14 +154,15 @@ fn codes_of_pull_requests_run_in_a_sandbox_or_not_at_all() {
     let touch = "command = [\"sh\", \"leave.sh\"]\n";
     write(at, "leave.sh", &format!("touch {}/ran\n", at.display()));
     write(at, "e.toml", &format!("name = \"e\"\n{touch}"));
-    let within = "companion = \"freefem\"\nwithin = [\"sh\", \"leave.sh\", \"{job}\"]\n";
+    let leave = at.join("leave.sh");
+    let within = format!("companion = \"freefem\"\nwithin = [\"sh\", {leave:?}, \"{{job}}\"]\n");
     let matrix = |release: &str| {
         format!(
             "scenes = [\"one-zone\"]\nmethods = [\"p1\"]\nn = [4]\n[[releases]]\nname = \"r\"\n{release}"
         )
     };
     write(at, "m.toml", &matrix(touch));
-    write(at, "w.toml", &matrix(within));
+    write(at, "w.toml", &matrix(&within));
     write(at, "within.toml", &format!("name = \"w\"\n{within}"));
     let code = |name: &str| {
         let leave = format!("touch {}/ran; true {name}", at.display());
@@ -190,7 +191,7 @@ fn codes_of_pull_requests_run_in_a_sandbox_or_not_at_all() {
         ("GitLab", gitlab(), ["FACEOFF_COMMAND", "FACEOFF_REPORT"]),
     ] {
         let small = "one-zone --n 4 --methods p1";
-        for command in [
+        let commands = [
             format!("verify {small} --engines rust,e.toml"),
             format!("--time-limit 10m verify {small} --engines rust,e.toml"),
             format!("-v verify {small} --engines rust,e.toml"),
@@ -200,7 +201,14 @@ fn codes_of_pull_requests_run_in_a_sandbox_or_not_at_all() {
             "matrix --run m.toml".to_owned(),
             "matrix --run w.toml".to_owned(),
             "-v verify --run f.toml".to_owned(),
-        ] {
+        ];
+        // Both set one variable, which is all that there is.
+        let count = if server == "GitHub" {
+            commands.len()
+        } else {
+            2
+        };
+        for command in &commands[..count] {
             let ran = |sandbox: [&str; 2], path: &str| {
                 let variables = [
                     (names[0], command.as_str()),

@@ -12,7 +12,7 @@ fn face_off(at: &Path, codes: &[(&str, &str, &str)]) {
         format!("[codes.{name}]\ncommand = {command}\n{more}\n")
     };
     let codes: String = codes.iter().map(code).collect();
-    let text = format!("name = \"x\"\n{codes}[fields.u]\nsame = \"problem\"\nrtol = 1e-3\n");
+    let text = format!("name = \"x\"\n{codes}[fields.u]\nsame = \"discretisation\"\nrtol = 1e-3\n");
     write(at, "x.toml", &text);
 }
 
@@ -116,7 +116,9 @@ fn a_kept_answer_counts_as_long_as_its_program_is_what_it_was() {
     ] {
         write(at, "shared/outside.py", "import part\n");
         let write_as = |file: &str| match changed {
-            _ if changed.ends_with(".py") => write(at, changed, &python(file)),
+            _ if changed.ends_with(".py") => {
+                write(at, changed, &python(file));
+            }
             _ if changed.ends_with(".csv") => {
                 fs::create_dir_all(home.join("data")).unwrap();
                 fs::copy(home.join(file), at.join(changed)).unwrap();

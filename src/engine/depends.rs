@@ -47,8 +47,18 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<BTreeMap<String
     }
     for word in command {
         found.named(word);
-        word.split(|c| BETWEEN.contains(c))
-            .for_each(|part| found.named(part));
+        // What a shell is told to write into is no part of what it reads.
+        let mut is_written = false;
+        for part in word.split_inclusive(|c| BETWEEN.contains(c)) {
+            let name = part.trim_end_matches(|c| BETWEEN.contains(c));
+            if !name.is_empty() {
+                if !is_written {
+                    found.named(name);
+                }
+                is_written = false;
+            }
+            is_written |= part.ends_with('>');
+        }
     }
     let scripts = found.files.iter().filter(|path| is_loaded(path));
     let mut roots: BTreeSet<PathBuf> = scripts
@@ -218,7 +228,11 @@ mod tests {
         let shared = |name: &str| at.join("shared").join(name).display().to_string();
         let found = of(
             &home,
-            &["no-such", "-c", "cat ../shared/main.py;cat <v.csv"],
+            &[
+                "no-such",
+                "-c",
+                "cat ../shared/main.py;cat <v.csv >> u-8.csv",
+            ],
         );
         let expected = [shared("main.py"), shared("part/d.py")];
         assert_eq!(found[..2], expected);
