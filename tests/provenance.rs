@@ -89,7 +89,8 @@ fn a_kept_answer_counts_as_long_as_its_program_is_what_it_was() {
             .status();
         assert!(done.unwrap().success());
     };
-    let python = |file: &str| format!("import shutil, sys\nshutil.copy('{file}', sys.argv[1])\n");
+    let python =
+        |file: &str| format!("import shutil, sys\nshutil.copy('{file}', sys.argv[1] + '/u.csv')\n");
     let copy = r#"["cp", "u.csv", "{out}/u.csv"]"#;
     write(
         &home,
