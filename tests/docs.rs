@@ -146,6 +146,7 @@ pages! {
     methods: "docs/theory/methods.md"
     paper: "docs/paper.md"
     python: "docs/python.md"
+    untrusted: "docs/how-to/strangers.md"
 }
 
 fn markdown(folder: &Path) -> Vec<PathBuf> {

@@ -30,7 +30,7 @@ fn plant(folder: &Path, file: &str, from: &str, to: &str) {
 fn verify(folder: &Path, file: &str, words: &[&str]) -> (Ran, Value) {
     let ran = run(
         folder,
-        &[&["verify", file, "--json", "o.json"], words].concat(),
+        &[&["verify", "--run", file, "--json", "o.json"], words].concat(),
     );
     assert_valid(
         "json",
@@ -209,13 +209,17 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     let refused = |text: &str, part: &str| {
         write(at, "x.toml", text);
-        let ran = run(at, &["verify", "x.toml"]);
+        let ran = run(at, &["verify", "--run", "x.toml"]);
         assert_eq!(ran.code, Some(2), "{text}: {}{}", ran.stdout, ran.stderr);
         let told = format!("{}{}", ran.stdout, ran.stderr);
         assert!(told.contains(part), "{part}: {told}");
     };
     // What the code does.
-    refused(&file("[\"true\"]", ""), "is older than this run");
+    refused(&file("[\"true\"]", ""), "does not say where its results go");
+    refused(
+        &file("[\"cp\", \"u.csv\", \"{{out}/u.csv\"]", ""),
+        "does not say where its results go",
+    );
     refused(
         &file("[\"true\", \"{out}\"]", ""),
         "it ended well and has not written u.csv, nor anything else",
@@ -373,7 +377,7 @@ fn a_new_face_off_runs_at_once() {
     let ran = run(at, &["new", "mine"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     assert!(
-        ran.stdout.contains("faceoff verify mine/mine.toml"),
+        ran.stdout.contains("faceoff verify --run mine/mine.toml"),
         "{}",
         ran.stdout
     );
@@ -498,7 +502,7 @@ fn codes_are_judged_against_their_record() {
     let refused = |words: &[&str], part: &str| {
         let ran = run(
             at,
-            &[&["verify", "x.toml", "--against", "record"], words].concat(),
+            &[&["verify", "--run", "x.toml", "--against", "record"], words].concat(),
         );
         assert_eq!(ran.code, Some(2), "{part}: {}{}", ran.stdout, ran.stderr);
         let told = format!("{}{}", ran.stdout, ran.stderr);
@@ -527,11 +531,11 @@ fn codes_are_judged_against_their_record() {
         "x.toml",
         &toml.replace("\"cp\", \"u.csv\", \"{out}/u.csv\"", "\"touch\", \"u.csv\""),
     );
-    let ran = run(at, &["verify", "x.toml", "--record", "third"]);
+    let ran = run(at, &["verify", "--run", "x.toml", "--record", "third"]);
     assert!(
-        ran.stdout.contains("let it write into {out}"),
+        ran.stderr.contains("does not say where its results go"),
         "{}",
-        ran.stdout
+        ran.stderr
     );
 }
 
@@ -557,7 +561,7 @@ fn a_face_off_goes_on_where_it_was() {
     assert_eq!(ran("1,2"), ["1.5 1", "1.5 2", "1.5 1", "1.5 2"]);
     let toml = fs::read_to_string(at.join("x.toml")).unwrap();
     write(at, "x.toml", &toml.replace("1.5", "2.5"));
-    let refused = run(at, &["verify", "x.toml", "--resume", "kept"]);
+    let refused = run(at, &["verify", "--run", "x.toml", "--resume", "kept"]);
     assert_eq!(refused.code, Some(2));
     assert!(
         refused.stderr.contains("E was \"1.5\" and is \"2.5\""),
@@ -660,7 +664,7 @@ fn engines_stand_beside_scripts() {
     let refused = |from: &str, to: &str, part: &str| {
         let text = fs::read_to_string(at.join("s.toml")).unwrap();
         write(at, "t.toml", &text.replacen(from, to, 1));
-        let ran = run(at, &["verify", "t.toml"]);
+        let ran = run(at, &["verify", "--run", "t.toml"]);
         let told = format!("{}{}", ran.stdout, ran.stderr);
         assert!(ran.code == Some(2) && told.contains(part), "{part}: {told}");
     };

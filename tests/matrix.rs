@@ -34,7 +34,7 @@ fn releases_are_held_against_the_built_in_solver_and_their_history_is_kept() {
     ];
     write(at, "m.toml", &text.concat());
     let words = [
-        "matrix", "m.toml", "--report", "site", "--json", "m.json", "--junit", "m.xml",
+        "matrix", "--run", "m.toml", "--report", "site", "--json", "m.json", "--junit", "m.xml",
     ];
     let ran = run(at, &words);
     assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
@@ -135,7 +135,7 @@ fn a_matrix_that_cannot_be_run_says_why() {
         ),
     ] {
         write(at, "m.toml", &text);
-        let ran = run(at, &["matrix", "m.toml"]);
+        let ran = run(at, &["matrix", "--run", "m.toml"]);
         assert_eq!(ran.code, Some(2), "{text}");
         assert!(ran.stderr.contains(said), "{said}: {}", ran.stderr);
     }

@@ -145,3 +145,158 @@ fn the_cache_is_named_by_the_sources_of_the_program() {
         assert_ne!(digest(), before, "{changed}");
     }
 }
+
+/// Whatever the words before and after the command are, codes run in a sandbox or not at all; without one only where it is said.
+#[test]
+fn codes_of_pull_requests_run_in_a_sandbox_or_not_at_all() {
+    let folder = folder();
+    let at = folder.path();
+    let touch = "command = [\"sh\", \"leave.sh\"]\n";
+    write(at, "leave.sh", &format!("touch {}/ran\n", at.display()));
+    write(at, "e.toml", &format!("name = \"e\"\n{touch}"));
+    let leave = at.join("leave.sh");
+    let within = format!("companion = \"freefem\"\nwithin = [\"sh\", {leave:?}, \"{{job}}\"]\n");
+    let matrix = |release: &str| {
+        format!(
+            "scenes = [\"one-zone\"]\nmethods = [\"p1\"]\nn = [4]\n[[releases]]\nname = \"r\"\n{release}"
+        )
+    };
+    write(at, "m.toml", &matrix(touch));
+    write(at, "w.toml", &matrix(&within));
+    write(at, "within.toml", &format!("name = \"w\"\n{within}"));
+    let code = |name: &str| {
+        let leave = format!("touch {}/ran; true {name}", at.display());
+        format!(
+            "[codes.{name}]\ncommand = [\"sh\", \"-c\", \"{leave}\", \"{{out}}\"]\nresult = \"u.csv\"\n"
+        )
+    };
+    let text = format!(
+        "name = \"f\"\n{}{}[fields.u]\nsame = \"discretisation\"\n",
+        code("a"),
+        code("b")
+    );
+    write(at, "f.toml", &text);
+    // A system that makes no namespaces.
+    write(at, "bare/bwrap", "#!/bin/sh\nexit 1\n");
+    let made = Command::new("chmod")
+        .arg("+x")
+        .arg(at.join("bare/bwrap"))
+        .status();
+    assert!(made.unwrap().success());
+    let program = Path::new(env!("CARGO_BIN_EXE_faceoff")).parent().unwrap();
+    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
+    let bare = format!("{}/bare:{path}", at.display());
+    for (server, script, names) in [
+        ("GitHub", step("Judge"), ["COMMAND", "REPORT"]),
+        ("GitLab", gitlab(), ["FACEOFF_COMMAND", "FACEOFF_REPORT"]),
+    ] {
+        let small = "one-zone --n 4 --methods p1";
+        let commands = [
+            format!("verify {small} --engines rust,e.toml"),
+            format!("--time-limit 10m verify {small} --engines rust,e.toml"),
+            format!("-v verify {small} --engines rust,e.toml"),
+            format!("verify {small} --engines rust,within.toml"),
+            "engines check e.toml".to_owned(),
+            "matrix --run m.toml".to_owned(),
+            "matrix --run w.toml".to_owned(),
+            "-v verify --run f.toml".to_owned(),
+        ];
+        // Both set one variable, which is all that there is.
+        let count = if server == "GitHub" {
+            commands.len()
+        } else {
+            2
+        };
+        for command in &commands[..count] {
+            let ran = |sandbox: [&str; 2], path: &str| {
+                let variables = [
+                    (names[0], command.as_str()),
+                    (names[1], "page"),
+                    ("SANDBOX", sandbox[0]),
+                    ("FACEOFF_SANDBOX", sandbox[1]),
+                    ("PATH", path),
+                ];
+                let of_server = if server == "GitHub" {
+                    &variables[..3]
+                } else {
+                    &variables[..]
+                };
+                let of_server = [of_server, &variables[4..]].concat();
+                let ran = shell(at, &script, &of_server);
+                let has_run = fs::remove_file(at.join("ran")).is_ok();
+                assert!(ran.code != Some(0), "{server}, {command}: {}", ran.stdout);
+                has_run
+            };
+            assert!(!ran(["true", "require"], &path), "{server}, {command}");
+            assert!(
+                !ran(["true", "require"], &bare),
+                "{server}, {command}, without namespaces"
+            );
+            assert!(
+                ran(["false", ""], &path),
+                "{server}, {command}: the test shows nothing"
+            );
+        }
+    }
+    let words = [
+        ("COMMAND", "scenes"),
+        ("REPORT", "page"),
+        ("SANDBOX", "yes"),
+    ];
+    let ran = shell(at, &step("Judge"), &words);
+    assert!(
+        ran.code == Some(2) && ran.stdout.contains("neither true nor false"),
+        "{}",
+        ran.stdout
+    );
+    let ran = shell(at, "faceoff scenes", &[("FACEOFF_SANDBOX", "1")]);
+    assert!(
+        ran.code == Some(2) && ran.stderr.contains("set it to `require`"),
+        "{}",
+        ran.stderr
+    );
+}
+
+/// A push is tested, a release only made of what was, and nothing that runs there can be moved.
+#[test]
+fn workflows_test_what_is_pushed_and_released() {
+    let text =
+        |name: &str| fs::read_to_string(source(&format!(".github/workflows/{name}.yml"))).unwrap();
+    let (ci, release, wheels) = (text("ci"), text("release"), text("wheels"));
+    for part in [
+        "  push:",
+        "  pull_request:",
+        "  workflow_call:",
+        "- run: .ci/run",
+        "cargo deny --locked check",
+    ] {
+        assert!(ci.contains(part), "{part}");
+    }
+    let needs = "needs: [test, wheels, build]";
+    for part in [
+        needs,
+        "uses: ./.github/workflows/ci.yml",
+        "uses: ./.github/workflows/wheels.yml",
+        "sha256sum * >",
+        "subject-path: out/*",
+    ] {
+        assert!(release.contains(part), "{part}");
+    }
+    assert!(wheels.contains("  workflow_call:") && !wheels.contains("tags:"));
+    assert!(
+        fs::read_to_string(source(".ci/run"))
+            .unwrap()
+            .contains("cargo deny")
+    );
+    for line in [ci, release, wheels].iter().flat_map(|text| text.lines()) {
+        let Some((_, used)) = line.split_once("uses: ") else {
+            continue;
+        };
+        let commit = used
+            .split_once('@')
+            .map(|(_, at)| at.split(' ').next().unwrap());
+        let is_fixed =
+            commit.is_some_and(|c| c.len() == 40 && c.chars().all(|c| c.is_ascii_hexdigit()));
+        assert!(is_fixed || used.starts_with("./"), "{line}");
+    }
+}

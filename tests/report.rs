@@ -485,7 +485,8 @@ fn every_command_writes_a_page_and_json_that_follows_its_schema() {
         for entry in fs::read_dir(&kept).unwrap() {
             let name = entry.unwrap().file_name().into_string().unwrap();
             assert!(
-                name == "index.html" || html.contains(&format!("\"{name}\"")),
+                ["index.html", ".faceoff-report"].contains(&&*name)
+                    || html.contains(&format!("\"{name}\"")),
                 "{name}"
             );
         }

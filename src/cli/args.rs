@@ -44,6 +44,7 @@ Environment:
   FACEOFF_LOG            What happens inside, on standard error: info or debug
   FACEOFF_PYTHON         The Python that has dolfinx
   FACEOFF_MESHIO_PYTHON  The Python that has meshio
+  FACEOFF_SANDBOX        `require`: every command runs other codes as with --sandbox
   NO_COLOR               No colours on a terminal";
 
 /// What a command may take, with all that it starts.
@@ -55,6 +56,10 @@ pub(super) struct Limits {
     /// Most memory that it may take, as in 500MB or 4GB [default: what is available]
     #[arg(long, global = true, value_name = "SIZE", value_parser = memory, allow_negative_numbers = true)]
     pub memory: Option<u64>,
+    /// Run other codes in a sandbox (bubblewrap) or not at all: no network, none of your variables and files, their job folder alone
+    /// to write in [env: FACEOFF_SANDBOX=require]
+    #[arg(long, global = true)]
+    pub sandbox: bool,
     /// Say more: `verify` every answer and every field of every pair; -vv: which programs run, and what is left out
     #[arg(long, short, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
@@ -268,9 +273,6 @@ pub(super) struct Running {
     /// Most iterations
     #[arg(long, value_name = "STEPS", default_value = "50", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_iterations: u32,
-    /// Run engines in a sandbox (bubblewrap): no network, none of your variables and files, their job folder alone to write in
-    #[arg(long)]
-    pub sandbox: bool,
     /// Install what is missing first
     #[arg(long)]
     pub install: bool,
@@ -288,8 +290,8 @@ fn formats() -> String {
 #[derive(Args)]
 #[command(after_help = SCENES)]
 pub(super) struct Verify {
-    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or one face-off file, with codes of your
-    /// own (`faceoff new`)
+    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or one face-off file, whose codes are
+    /// programs of your own (`faceoff new`): with --run
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]; of a face-off, codes of it
@@ -319,6 +321,9 @@ pub(super) struct Verify {
     /// Keep each answer in DIR as it comes, and take those that an interrupted run of the same settings kept there
     #[arg(long, value_name = "DIR", conflicts_with = "diagnose")]
     pub resume: Option<PathBuf>,
+    /// Run the programs that a face-off file names: without it a file with commands is refused, as any file is data
+    #[arg(long)]
+    pub run: bool,
     #[command(flatten)]
     pub trust: Trust,
     /// Tell of each case which model was chosen, what was left out, and what the Rust engine built for it
@@ -606,9 +611,6 @@ pub(super) enum EnginesAction {
         /// A TOML file that describes an engine, or the name of one that is built in
         #[arg(value_name = "FILE")]
         engine: String,
-        /// Run it in a sandbox, as `verify --sandbox` does
-        #[arg(long)]
-        sandbox: bool,
         #[command(flatten)]
         verdicts: Verdicts,
         #[command(flatten)]

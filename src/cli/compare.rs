@@ -403,6 +403,9 @@ impl<'a> Request<'a> {
             notes: found.notes,
             ..Comparisons::new(named_a, named_b)
         };
+        for (name, why) in found.unread {
+            all.add(Part::failed(name.display().to_string(), None, why), None);
+        }
         for (name, there) in &found.files {
             let title = name.display().to_string();
             if let Some(without) = [a, b]

@@ -66,9 +66,7 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
             }
             install(&wanted, to.quiet)?;
         }
-        Some(EnginesAction::Check {
-            engine, sandbox, ..
-        }) => return check(engine, *sandbox, to),
+        Some(EnginesAction::Check { engine, .. }) => return check(engine, to),
     }
     let mut states = Vec::new();
     for name in engine::NAMES {
@@ -126,15 +124,12 @@ fn state(here: &Here) -> Result<Report<'_>> {
 }
 
 /// Runs a code through what it must be able to do.
-fn check(name: &str, sandbox: bool, to: &Output) -> Result<u8> {
+fn check(name: &str, to: &Output) -> Result<u8> {
     let engine = engine::find(name)?;
     if !engine.is_installed() {
         engine.probe()?;
     }
-    let settings = Settings {
-        sandbox,
-        ..Settings::default()
-    };
+    let settings = Settings::default();
     let mut done = 0;
     let findings = conformance(&*engine, &settings, |finding| {
         done += 1;

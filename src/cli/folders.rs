@@ -14,6 +14,8 @@ const DEPTH: usize = 32;
 pub(super) struct Files {
     /// Each file below the folders, and whether either has it.
     pub files: BTreeMap<PathBuf, [bool; 2]>,
+    /// What might be a result and cannot be looked at, with the reason.
+    pub unread: Vec<(PathBuf, String)>,
     /// What is not compared.
     pub notes: Vec<String>,
 }
@@ -23,17 +25,20 @@ pub(super) struct Files {
 pub(super) fn files(a: &Path, b: &Path, include: &[String], exclude: &[String]) -> Result<Files> {
     let mut found = Files {
         files: BTreeMap::new(),
+        unread: Vec::new(),
         notes: Vec::new(),
     };
     for (k, folder) in [a, b].into_iter().enumerate() {
-        let mut all = Vec::new();
-        walk(folder, Path::new(""), 0, &mut all)?;
+        let (mut all, mut unread) = (Vec::new(), Vec::new());
+        walk(folder, Path::new(""), 0, &mut all, &mut unread)?;
         let named = |patterns: &[String], path: &Path| {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
             patterns
                 .iter()
                 .any(|p| matches(p, &name) || matches(p, &path.to_string_lossy()))
         };
+        unread.retain(|(path, _)| !named(exclude, path));
+        found.unread.append(&mut unread);
         all.retain(|path| !named(exclude, path) && (include.is_empty() || named(include, path)));
         if include.is_empty() {
             let (results, others): (Vec<_>, Vec<_>) =
@@ -78,8 +83,15 @@ fn can_be_result(path: &Path) -> bool {
     known.iter().any(|known| suffix == **known) || Format::of_suffix(path).is_some()
 }
 
-/// Adds the regular files below `folder`, by their path from there; folders behind links are not entered.
-fn walk(folder: &Path, below: &Path, depth: usize, all: &mut Vec<PathBuf>) -> Result<()> {
+/// Adds the regular files below `folder`, by their path from there. Folders behind links are not entered, as they may lead round in
+/// circles, or out: they are unread, and so is what is neither a file nor a folder.
+fn walk(
+    folder: &Path,
+    below: &Path,
+    depth: usize,
+    all: &mut Vec<PathBuf>,
+    unread: &mut Vec<(PathBuf, String)>,
+) -> Result<()> {
     let here = folder.join(below);
     for entry in std::fs::read_dir(&here).map_err(Error::io(&here, "list"))? {
         cancel::check()?;
@@ -91,9 +103,22 @@ fn walk(folder: &Path, below: &Path, depth: usize, all: &mut Vec<PathBuf>) -> Re
                 let what = format!("{} has folders in folders beyond {DEPTH}", folder.display());
                 return Err(Error::usage(what, "compare the inner folders"));
             }
-            walk(folder, &path, depth + 1, all)?;
+            walk(folder, &path, depth + 1, all, unread)?;
         } else if entry.path().is_file() {
             all.push(path);
+        } else {
+            let what = match (kind.is_symlink(), entry.path().is_dir()) {
+                (true, true) => {
+                    "is a link to a folder, which is not followed: compare what it leads to"
+                }
+                (true, false) => "is a link that leads to no file",
+                (false, _) => "is neither a file nor a folder",
+            };
+            let why = format!(
+                "{} {what}, or leave it out with --exclude",
+                entry.path().display()
+            );
+            unread.push((path, why));
         }
     }
     Ok(())

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use super::args::Matrix;
 use super::code;
 use super::progress::watched;
+use super::verify::may_start;
 use super::words::methods;
 use crate::campaigns::matrix::{MatrixRequest, check, matrix};
 use crate::engine::{EngineFile, parsed};
@@ -51,12 +52,14 @@ pub(super) fn run(arguments: &Matrix, to: &Output) -> Result<u8> {
         path: path.clone(),
     };
     check(&request)?;
+    let programs = request.releases.iter().filter_map(EngineFile::program);
+    may_start("matrix", path, arguments.run, programs)?;
     let past = to.report.map_or(Ok(Vec::new()), report::past)?;
     let outcome = watched(&[], vec![], to.quiet, |progress| matrix(&request, progress))?;
     deliver(&report::matrix(&outcome, past)?, to)?;
     if let Some(folder) = to.report {
         for (place, cell) in report::matrix_cells(&outcome)? {
-            report::write_page(&cell, &folder.join(report::cell_name(place)))?;
+            report::write_page(&cell, folder, &report::cell_name(place))?;
         }
     }
     Ok(code(outcome.verdict))

@@ -27,7 +27,7 @@ use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-use crate::engine::held_memory;
+use crate::engine::{self, held_memory};
 use crate::report::console::{self, note};
 use args::{Arguments, Command, Limits};
 use faceoff_judge::Verdict;
@@ -191,7 +191,8 @@ fn run(arguments: &Arguments) -> Result<u8> {
     let output = arguments.command.output();
     let to = &output;
     let is_verbose = arguments.limits.verbose > 0;
-    let done = output.begin().and_then(|()| match &arguments.command {
+    let begun = output.begin().and_then(|()| sandbox(&arguments.limits));
+    let done = begun.and_then(|()| match &arguments.command {
         Command::Verify(arguments) => verify::run(arguments, is_verbose, to),
         Command::New(arguments) => new::run(arguments),
         Command::Compare(arguments) => compare::run(arguments, to),
@@ -217,6 +218,19 @@ fn run(arguments: &Arguments) -> Result<u8> {
         note!("faceoff: {other}");
     }
     done
+}
+
+/// Lets other codes run in a sandbox alone, where the user or the environment says so.
+fn sandbox(limits: &Limits) -> Result<()> {
+    let asked = std::env::var_os("FACEOFF_SANDBOX").unwrap_or_default();
+    if !asked.is_empty() && asked != "require" {
+        let what = format!("FACEOFF_SANDBOX is `{}`", asked.display());
+        return Err(Error::usage(what, "set it to `require`, or unset it"));
+    }
+    if limits.sandbox || !asked.is_empty() {
+        engine::require_sandbox();
+    }
+    Ok(())
 }
 
 /// The exit code of a verdict.

@@ -74,7 +74,7 @@ jobs:
       - run: apt-get update && apt-get install -y freefem++ libfreefem++ python3-dolfinx ca-certificates curl build-essential git
       - run: curl -sSf https://sh.rustup.rs | sh -s -- -y
       - run: ~/.cargo/bin/cargo install --git https://github.com/OWNER/faceoff faceoff
-      - run: ~/.cargo/bin/faceoff verify NAME.toml --report page --junit junit.xml
+      - run: ~/.cargo/bin/faceoff verify --run NAME.toml --report page --junit junit.xml
       - uses: actions/upload-artifact@ea165f8d65b6e75b540449e92b4886f43607fa02 # v4.6.2
         if: always()
         with:
@@ -137,7 +137,7 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
         note!("faceoff: the scripts name groups by the numbers of the template: put yours there");
     }
     tell!(
-        "faceoff verify {} --report {}",
+        "faceoff verify --run {} --report {}",
         folder.join(file).display(),
         folder.join("page").display()
     );

@@ -11,7 +11,7 @@ use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
 use crate::engine::{self, Baseline, Engine, Launch, Settings, typed};
 use crate::report::console::note;
 use crate::report::{self, Output, Verified, deliver};
-use crate::run::{FaceOff, Failure, Record, Store, is_face_off};
+use crate::run::{Code, FaceOff, Failure, Record, Store, is_face_off};
 use faceoff_fem::contact::Stop;
 use faceoff_fem::scene::Scene;
 use faceoff_judge::Verdict;
@@ -105,6 +105,11 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     if !arguments.n.is_empty() {
         of = of.with_n(arguments.n.iter().map(|&n| n as usize).collect());
     }
+    let is_live = |code: &&Code| {
+        arguments.engines.is_empty() || arguments.engines.iter().any(|name| name == code.name())
+    };
+    let programs = of.codes.iter().filter(is_live).filter_map(Code::program);
+    may_start("verify", name.as_ref(), arguments.run, programs)?;
     let record = arguments.against.as_deref().map(Record::read).transpose()?;
     if let Some(folder) = &arguments.record {
         report::check_baseline_folder(folder)?;
@@ -117,7 +122,7 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         codes: arguments.engines.clone(),
         keep: running.keep.clone(),
         time_limit: Settings::default().time_limit,
-        sandbox: running.sandbox,
+        sandbox: Settings::default().sandbox,
         store: store.as_ref(),
         against: record.as_ref(),
         diagnose: arguments.diagnose,
@@ -142,6 +147,27 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         })
     });
     Ok(code(outcome.verdict).max(recorded.transpose()?.unwrap_or(DONE)))
+}
+
+/// Refuses a file that starts programs, unless the user says that it may: whoever wrote it would run commands with the user's rights.
+///
+/// # Errors
+/// A file with programs, by their names.
+pub(super) fn may_start<'a>(
+    command: &str,
+    file: &Path,
+    is_allowed: bool,
+    programs: impl Iterator<Item = &'a str>,
+) -> Result<()> {
+    let programs = engine::unique(programs);
+    if is_allowed || programs.is_empty() {
+        return Ok(());
+    }
+    let file = file.display();
+    let what = format!("{file} starts programs: {}", programs.join(", "));
+    let remedy =
+        format!("if you trust it: faceoff {command} --run {file}; if not, add --sandbox as well");
+    Err(Error::usage(what, remedy))
 }
 
 /// Writes a baseline by `write`, with the command that makes it again, if all agree: it holds what all codes answer alike. The
@@ -211,7 +237,6 @@ pub(super) fn settings(running: &Running) -> Settings {
             (None, ranks) => Launch::Ranks(ranks as usize),
         },
         keep: running.keep.clone(),
-        sandbox: running.sandbox,
         ..Settings::default()
     }
 }

@@ -39,6 +39,20 @@ pub struct EngineFile {
     within: Option<Vec<String>>,
 }
 
+impl EngineFile {
+    /// The program that runs, by the first word, or the folder of changed scripts that a companion runs.
+    pub fn program(&self) -> Option<&str> {
+        let first = [&self.within, &self.command].map(|words| words.as_ref()?.first());
+        let scripts = self.scripts.as_ref().or(self.companion.as_ref());
+        first
+            .into_iter()
+            .flatten()
+            .next()
+            .or(scripts)
+            .map(String::as_str)
+    }
+}
+
 const REMEDY: &str =
     "give `name`, and `command`, or `companion` and where it differs `scripts` or `within`";
 
@@ -102,6 +116,11 @@ pub(super) fn described(file: EngineFile, path: &Path) -> Result<Program> {
     if !within.is_empty() && !within.iter().any(|word| word.contains("{job}")) {
         let what = "`within` does not name {job}, the folder that the command must see";
         return Err(refuse(Place::Whole, format!("{}: {what}", file.name)));
+    }
+    // To ask it for its version runs its words.
+    if !within.is_empty() && super::needs_sandbox() {
+        let what = format!("{} runs within another system already", file.name);
+        return Err(Error::usage(what, "leave --sandbox out"));
     }
     Ok(Program {
         name: file.name,

@@ -1,6 +1,7 @@
 //! Engines: the codes that solve the problem. Each gets the same cases and returns the dofs of
 //! the same spaces; everything that is compared is derived from those dofs in one place.
 
+mod depends;
 mod explain;
 mod fenicsx;
 mod file;
@@ -20,6 +21,7 @@ mod version;
 mod within;
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -75,6 +77,18 @@ pub struct Settings {
     pub keep: Option<PathBuf>,
 }
 
+/// Do programs run in a sandbox, or not at all?
+static NEEDS_SANDBOX: AtomicBool = AtomicBool::new(false);
+
+/// From now on every program that solves something runs in a sandbox or not at all, whichever command starts it.
+pub fn require_sandbox() {
+    NEEDS_SANDBOX.store(true, Ordering::Relaxed);
+}
+
+fn needs_sandbox() -> bool {
+    NEEDS_SANDBOX.load(Ordering::Relaxed)
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Settings {
@@ -83,7 +97,7 @@ impl Default for Settings {
             linear: linear::Settings::default(),
             launch: Launch::Alone,
             time_limit: Duration::from_secs(3600),
-            sandbox: false,
+            sandbox: needs_sandbox(),
             keep: None,
         }
     }

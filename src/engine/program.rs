@@ -6,14 +6,14 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
-use super::kept::digest;
+use super::depends;
 use super::sandbox::{self, Allowed};
 use super::within::Within;
 use super::{
     Answer, Case, Engine, Launch, Progress, Run, Settings, fenicsx, freefem, job, process,
 };
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::file::{self, Temporary};
+use faceoff_mesh::file::Temporary;
 
 /// A program and how it is spoken to.
 pub(super) struct Program {
@@ -171,9 +171,7 @@ impl Engine for Program {
                 "companion": fenicsx::digest(scripts.as_deref())?,
             }),
             Kind::Other { command, folder } => {
-                let files = command.iter().map(|word| folder.join(word));
-                let digests = files.filter_map(|path| Some(digest(&file::read(&path).ok()?)));
-                json!({ "command": command, "files": digests.collect::<Vec<_>>() })
+                json!({ "command": command, "files": depends::digests(command, folder)? })
             }
         };
         if !self.within.is_here() {

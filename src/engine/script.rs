@@ -1,14 +1,15 @@
 //! A program of a user's own that solves some problem on a mesh and writes files: the command with its placeholders, and what
 //! comes of running it.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::kept::digest;
+use super::depends;
 use super::process;
 use super::program::Folder;
 use super::sandbox::{self, Allowed};
@@ -17,9 +18,6 @@ use faceoff_mesh::field::Results;
 use faceoff_mesh::file::{self, beneath};
 use faceoff_mesh::io::{self, Format, Options, Series, msh};
 use faceoff_mesh::mesh::Mesh;
-
-/// Clocks of file systems are coarser than those of programs.
-const COARSE: Duration = Duration::from_millis(20);
 
 /// What OpenMP and the libraries of linear algebra read.
 const THREADS: [&str; 4] = [
@@ -40,7 +38,7 @@ pub struct Script {
     pub home: PathBuf,
     /// None where it makes a mesh of its own.
     pub mesh: Option<Form>,
-    /// Files that it writes: into `{out}`, or, where its command has no such word, beside itself.
+    /// Files that it writes into `{out}`.
     pub results: Vec<String>,
     /// A table of names and numbers.
     pub numbers: Option<String>,
@@ -135,9 +133,17 @@ pub fn fill(word: &str, value: impl Fn(&str) -> Option<String>) -> Result<String
 }
 
 impl Script {
-    /// Does its command say where results go?
-    fn has_out(&self) -> bool {
-        self.command.iter().any(|word| word.contains("{out}"))
+    /// Does its command say where results go? Only what is written there is known to be of this code and this run.
+    pub fn has_out(&self) -> bool {
+        let has_out = |word: &String| {
+            let is_asked = Cell::new(false);
+            let value = |name: &str| {
+                is_asked.set(is_asked.get() || name == "out");
+                Some(String::new())
+            };
+            fill(word, value).is_ok() && is_asked.get()
+        };
+        self.command.iter().any(has_out)
     }
 
     /// Runs the code on a mesh, in a folder of its own that `keep` keeps, and reads what it has written.
@@ -146,10 +152,6 @@ impl Script {
     /// A code that fails, that takes too long, or that does not write what it should; a mesh that its format cannot hold.
     pub fn run(&self, task: &Task, how: &How) -> Result<Left> {
         let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
-        if how.into.is_some() && !self.has_out() {
-            let what = "its command does not say where its results go, so that they cannot be kept";
-            return Err(refuse(what.into(), "let it write into {out}"));
-        }
         let folder = Folder::new(how.keep.as_deref(), &how.kept)?;
         let at = &folder.path;
         let out = at.join("out");
@@ -185,7 +187,7 @@ impl Script {
             command = sandbox::enclose(&command, at, &allowed)?;
             command.current_dir(&self.home);
         }
-        let (begin, clock) = (SystemTime::now() - COARSE, Instant::now());
+        let clock = Instant::now();
         process::run(&self.name, &command, at, how.time_limit, |_| {}).map_err(
             |error| match error {
                 Error::Engine { what, .. } => {
@@ -200,23 +202,26 @@ impl Script {
             },
         )?;
         let seconds = clock.elapsed().as_secs_f64();
-        let place = if self.has_out() { &out } else { &self.home };
-        let left = self.left(place, Some(begin), seconds)?;
+        if !std::fs::symlink_metadata(&out).is_ok_and(|found| found.is_dir()) {
+            let what = "it has put something else where its folder {out} was";
+            return Err(refuse(what.into(), "let it write into {out}"));
+        }
+        let left = self.left(&out, seconds)?;
         if let Some(into) = &how.into {
             copy(&out, into)?;
         }
         Ok(left)
     }
 
-    /// What is in the folder that it wrote into: since `begin`, or whenever.
+    /// What is in the folder that it wrote into.
     ///
     /// # Errors
-    /// Files that are not there, are older, or cannot be read.
-    pub fn left(&self, place: &Path, begin: Option<SystemTime>, seconds: f64) -> Result<Left> {
-        let read = |name: &String| self.read(place, name, begin);
+    /// Files that are not there, or cannot be read.
+    pub fn left(&self, place: &Path, seconds: f64) -> Result<Left> {
+        let read = |name: &String| self.read(place, name);
         let results = self.results.iter().map(read).collect::<Result<_>>()?;
         let numbers = match &self.numbers {
-            Some(name) => self.read_numbers(place, name, begin)?,
+            Some(name) => self.read_numbers(place, name)?,
             None => BTreeMap::new(),
         };
         Ok(Left {
@@ -226,36 +231,22 @@ impl Script {
         })
     }
 
-    /// What its answer depends on besides its task: the command, and the scripts beside the face-off file.
+    /// What its answer depends on besides its task: the command, its program, the files that it names, and what these may load.
     ///
     /// # Errors
-    /// A folder that cannot be read.
+    /// A file or folder that cannot be read, or more of them than can be looked at.
     pub fn identity(&self) -> Result<Value> {
-        let suffix = |name: &str| Path::new(name).extension().map(|e| e.to_os_string());
-        let named = self.command.iter().filter(|w| self.home.join(w).is_file());
-        let mut kinds: Vec<_> = named.filter_map(|word| suffix(word)).collect();
-        // FreeFEM's scripts include these.
-        kinds.push("idp".into());
-        let mut files = BTreeMap::new();
-        let entries = std::fs::read_dir(&self.home).map_err(Error::io(&self.home, "read"))?;
-        for entry in entries.flatten() {
-            let path = entry.path();
-            let name = entry.file_name().to_string_lossy().into_owned();
-            if path.is_file() && suffix(&name).is_some_and(|kind| kinds.contains(&kind)) {
-                files.insert(name, digest(&file::read(&path)?));
-            }
-        }
         Ok(json!({
             "command": self.command,
             "mesh": self.mesh.as_ref().map(|form| form.suffix),
             "results": self.results,
             "numbers": self.numbers,
-            "files": files,
+            "files": depends::digests(&self.command, &self.home)?,
         }))
     }
 
-    /// A file that this run has written.
-    fn written(&self, place: &Path, name: &str, begin: Option<SystemTime>) -> Result<PathBuf> {
+    /// A file that it has written into its folder, which was empty.
+    fn written(&self, place: &Path, name: &str) -> Result<PathBuf> {
         let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
         let path = beneath(place, name).ok_or_else(|| {
             refuse(
@@ -263,7 +254,7 @@ impl Script {
                 "let it write into {out}",
             )
         })?;
-        let Ok(found) = std::fs::metadata(&path) else {
+        if !path.exists() {
             let mut names: Vec<String> = std::fs::read_dir(place)
                 .into_iter()
                 .flatten()
@@ -271,29 +262,21 @@ impl Script {
                 .map(|entry| entry.file_name().to_string_lossy().into_owned())
                 .collect();
             names.sort();
-            let there = match (self.has_out(), &names[..]) {
-                (true, []) => ", nor anything else".to_owned(),
-                (true, names) => format!(", but {}", names[..names.len().min(8)].join(", ")),
-                _ => String::new(),
+            let there = match &names[..] {
+                [] => ", nor anything else".to_owned(),
+                names => format!(", but {}", names[..names.len().min(8)].join(", ")),
             };
             return Err(refuse(
                 format!("it ended well and has not written {name}{there}"),
                 "let it write into {out}, or correct `result`",
-            ));
-        };
-        let is_older = |begin| found.modified().is_ok_and(|time| time < begin);
-        if begin.is_some_and(is_older) {
-            return Err(refuse(
-                format!("{name} is older than this run: it was not written by it"),
-                "let it write into {out}",
             ));
         }
         Ok(path)
     }
 
     /// The last time of a result.
-    fn read(&self, place: &Path, name: &str, begin: Option<SystemTime>) -> Result<Results> {
-        let path = self.written(place, name, begin)?;
+    fn read(&self, place: &Path, name: &str) -> Result<Results> {
+        let path = self.written(place, name)?;
         let python = super::meshio_python();
         let mut series = Series::open(&path, python.as_deref())?;
         let mut results = series.read(series.times.len() - 1, python.as_deref())?;
@@ -302,13 +285,8 @@ impl Script {
     }
 
     /// Lines of a name and a number, with a comma between them.
-    fn read_numbers(
-        &self,
-        place: &Path,
-        name: &str,
-        begin: Option<SystemTime>,
-    ) -> Result<BTreeMap<String, f64>> {
-        let path = self.written(place, name, begin)?;
+    fn read_numbers(&self, place: &Path, name: &str) -> Result<BTreeMap<String, f64>> {
+        let path = self.written(place, name)?;
         let mut numbers = BTreeMap::new();
         for (line, text) in file::text(&path)?.lines().enumerate() {
             let refuse = |what: String| refuse_line(&self.name, name, line + 1, what);

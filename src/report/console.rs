@@ -25,15 +25,21 @@ macro_rules! note {
 
 pub(crate) use {note, tell};
 
+/// Does it turn the direction of reading, or end a line, without being seen? Then what people read is not what is there.
+pub fn misleads(c: char) -> bool {
+    matches!(
+        c,
+        '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+    )
+}
+
 /// What may be printed of a text that quotes strangers: no character that a terminal obeys or that turns the direction of
 /// reading, and no line that a CI server takes for a command of its own.
 pub fn plain(text: &str) -> String {
     let shown = |c: char| match c {
         '\n' => c,
         '\t' => ' ',
-        '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => '\u{fffd}',
-        '\u{2028}' | '\u{2029}' => '\u{fffd}',
-        _ if c.is_control() => '\u{fffd}',
+        _ if misleads(c) || c.is_control() => '\u{fffd}',
         _ => c,
     };
     let text: String = text.chars().map(shown).collect();

@@ -11,8 +11,8 @@ use serde_json::json;
 
 use super::annotations::annotate;
 use super::badge::badge;
-use super::console::{answer, output as say};
-use super::folder::{check_folder, write_folder};
+use super::console::{answer, note, output as say};
+use super::folder::{check_folder, list, write_report};
 use super::html::page;
 use super::json::{is_stdout, slug, write_text};
 use super::junit::junit;
@@ -22,6 +22,7 @@ use super::text::text;
 use faceoff_judge::Verdict;
 use faceoff_mesh::cancel::{self, Cause};
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file;
 use faceoff_mesh::io::save;
 
 /// Where the results of a command go.
@@ -78,12 +79,38 @@ impl Output<'_> {
             return Ok(());
         }
         let message = "it has not ended; if it does not run any more, it was killed: run it again";
-        write(&earlier.failure(message)?, &earlier)
+        let written = write(&earlier.failure(message)?, &earlier);
+        if written.is_err() {
+            earlier.remove();
+        }
+        written
+    }
+
+    /// Removes what an earlier run left, which needs no room on a disk.
+    fn remove(&self) {
+        let page = self.report.map(|folder| folder.join("index.html"));
+        let files = [self.json, self.junit, self.badge, page.as_deref()];
+        for path in files.into_iter().flatten() {
+            // Where a link leads: what is read there must not be an earlier verdict.
+            let real = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+            let emptied = || {
+                fs::OpenOptions::new()
+                    .write(true)
+                    .truncate(true)
+                    .open(&real)
+            };
+            let removed = fs::remove_file(&real).or_else(|_| emptied().map(drop));
+            let path = path.display();
+            match removed {
+                Ok(()) => note!("faceoff: {path} was of an earlier run, and is removed"),
+                Err(e) => note!("faceoff: {path} is of an earlier run, and cannot be removed: {e}"),
+            }
+        }
     }
 
     fn check(&self) -> Result<()> {
         let is_ours = |folder: &Path| {
-            let page = fs::read_to_string(folder.join("index.html"));
+            let page = file::text(&folder.join("index.html"));
             page.is_ok_and(|page| page.contains(MARK))
         };
         self.report
@@ -155,7 +182,8 @@ impl Output<'_> {
 /// Does a file begin like one of ours?
 fn begins_with(path: &Path, mark: &str) -> bool {
     let mut start = Vec::new();
-    let read = fs::File::open(path).and_then(|file| file.take(400).read_to_end(&mut start));
+    // A pipe has nothing of an earlier run, and reading from it may wait for ever.
+    let read = file::open(path).and_then(|file| file.take(400).read_to_end(&mut start));
     read.is_ok() && String::from_utf8_lossy(&start).contains(mark)
 }
 
@@ -172,17 +200,19 @@ pub fn deliver(report: &Report, output: &Output) -> Result<()> {
     annotate(report, output)
 }
 
-/// Writes the page of a report that belongs to another into a folder.
+/// Writes the page of a report that belongs to another into a folder in that one's.
 ///
 /// # Errors
 /// A folder with things that are no earlier report; those of [`deliver`].
-pub fn write_page(report: &Report, folder: &Path) -> Result<()> {
+pub fn write_page(report: &Report, whole: &Path, name: &str) -> Result<()> {
+    let folder = whole.join(name);
     let output = Output {
-        report: Some(folder),
+        report: Some(&folder),
         ..Output::default()
     };
     output.check()?;
-    write(report, &output)
+    write(report, &output)?;
+    list(whole, name)
 }
 
 fn write(report: &Report, output: &Output) -> Result<()> {
@@ -195,7 +225,7 @@ fn write(report: &Report, output: &Output) -> Result<()> {
 
 fn put(report: &Report, output: &Output) -> Result<()> {
     if let Some(folder) = output.report {
-        write_folder(folder, |beside| {
+        write_report(folder, |beside| {
             for write in &report.files {
                 write(beside)?;
             }

@@ -8,6 +8,7 @@ use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
+use super::console::misleads;
 use super::number::power_of_ten;
 use faceoff_mesh::error::{Error, Result};
 
@@ -97,7 +98,9 @@ pub fn svg(
         let drawn = plot(&area).and_then(|()| area.present());
         drawn.map_err(|e| failed(e.to_string()))?;
     }
-    Ok(svg)
+    // Names are drawn as text.
+    let shown = |c: char| if misleads(c) { '\u{fffd}' } else { c };
+    Ok(svg.chars().map(shown).collect())
 }
 
 fn on_white<DB: DrawingBackend>(

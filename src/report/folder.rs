@@ -1,9 +1,11 @@
 //! A folder that holds one report: filled beside, then put in place file by file.
 
 use std::fs;
-use std::path::Path;
+use std::io::Write as _;
+use std::path::{Component, Path};
 
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file;
 
 /// Refuses a folder that a report would be mixed into: it must be missing, empty, or hold an earlier report, by which
 /// `is_earlier` knows it.
@@ -47,6 +49,70 @@ pub fn write_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Re
     }
     Ok(())
 }
+
+/// [`write_folder`] for a report: no file of an earlier one stays beside it, but a history, and what others put there.
+///
+/// # Errors
+/// Those of [`write_folder`]; files that cannot be removed.
+pub fn write_report(folder: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
+    write_folder(folder, |beside| {
+        fill(beside)?;
+        let new = names(beside)?;
+        let path = beside.join(LIST);
+        let lasts = |name: &String| name.ends_with(".jsonl");
+        let lines: Vec<&str> = new
+            .iter()
+            .filter(|n| !lasts(n))
+            .map(String::as_str)
+            .collect();
+        fs::write(&path, lines.join("\n") + "\n").map_err(Error::io(&path, "write"))?;
+        remove(folder, &new)
+    })
+}
+
+/// Adds the folder of a page to the files of the report that it belongs to.
+///
+/// # Errors
+/// A list that cannot be written.
+pub fn list(folder: &Path, name: &str) -> Result<()> {
+    let path = folder.join(LIST);
+    let file = fs::OpenOptions::new().append(true).open(&path);
+    let written = file.and_then(|mut file| writeln!(file, "{name}"));
+    written.map_err(Error::io(&path, "write"))
+}
+
+/// Removes the files of an earlier report, but for those of these names, and the folders of pages with theirs.
+fn remove(folder: &Path, but: &[String]) -> Result<()> {
+    // One of an earlier version has no list.
+    let Ok(earlier) = file::text(&folder.join(LIST)) else {
+        return Ok(());
+    };
+    let is_name = |name: &&str| {
+        let mut parts = Path::new(name).components();
+        matches!(
+            (parts.next(), parts.next()),
+            (Some(Component::Normal(_)), None)
+        )
+    };
+    let is_old = |name: &&str| but.iter().all(|new| new != name);
+    for name in earlier.lines().filter(is_name).filter(is_old) {
+        let path = folder.join(name);
+        let Ok(found) = fs::symlink_metadata(&path) else {
+            continue;
+        };
+        if found.is_dir() {
+            remove(&path, &[])?;
+            // What somebody else put there stays.
+            let _ = fs::remove_file(path.join(LIST)).and_then(|()| fs::remove_dir(&path));
+        } else {
+            fs::remove_file(&path).map_err(Error::io(&path, "remove"))?;
+        }
+    }
+    Ok(())
+}
+
+/// The names of the files of a report, one a line, in its folder.
+const LIST: &str = ".faceoff-report";
 
 /// What is in a folder, sorted.
 ///

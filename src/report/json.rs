@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::Value;
 
+use super::console::misleads;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::save;
@@ -56,7 +57,19 @@ pub fn document(command: &str, result: &impl Serialize) -> Result<String> {
         what: format!("the result of {command} cannot be JSON: {e}"),
         remedy: "report this".into(),
     })?;
-    Ok(text + "\n")
+    Ok(visible(&text) + "\n")
+}
+
+/// A JSON text in which what misleads people is written by its number, which is the same to programs: it is in strings alone.
+pub fn visible(json: &str) -> String {
+    let mut text = String::with_capacity(json.len());
+    for c in json.chars() {
+        match misleads(c) {
+            true => text += &format!("\\u{:04x}", u32::from(c)),
+            false => text.push(c),
+        }
+    }
+    text
 }
 
 /// Does `-` mean that the result itself goes to standard output?
@@ -94,7 +107,8 @@ pub fn csv(head: &str, rows: impl Iterator<Item = Value>) -> String {
         let fields: Vec<String> = head.split(',').map(|name| text(&row[name])).collect();
         csv += &(fields.join(",") + "\n");
     }
-    csv
+    let shown = |c: char| if misleads(c) { '\u{fffd}' } else { c };
+    csv.chars().map(shown).collect()
 }
 
 #[cfg(test)]

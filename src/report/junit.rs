@@ -5,6 +5,7 @@ use std::io;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 
+use super::console::misleads;
 use super::model::{Report, Suite, TestCase};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
@@ -15,7 +16,20 @@ use faceoff_mesh::error::{Error, Result};
 /// Texts that XML cannot hold.
 pub(super) fn junit(report: &Report) -> Result<Vec<u8>> {
     let name = format!("faceoff {}", report.command);
-    encode(&name, &report.suites).map_err(|e| Error::Solver {
+    let mut suites: Vec<&Suite> = report.suites.iter().collect();
+    let cases = || report.suites.iter().flat_map(|suite| &suite.cases);
+    let verdict = report.verdict.map(|(verdict, _)| verdict);
+    // Who reads no more than this must not take what was not judged for a pass.
+    let is_told = |verdict: Verdict| match verdict.passes() {
+        true => cases().next().is_some(),
+        false => cases().any(|case| !case.verdict.passes()),
+    };
+    let whole = verdict.filter(|verdict| !is_told(*verdict)).map(|verdict| {
+        let case = TestCase::new("faceoff", report.command, verdict, report.headline.clone());
+        Suite::new(report.command, [case])
+    });
+    suites.extend(&whole);
+    encode(&name, &suites).map_err(|e| Error::Solver {
         what: format!("no XML can be made of what {name} found: {e}"),
         remedy: "report this".into(),
     })
@@ -40,7 +54,7 @@ fn seconds<'a>(cases: impl Iterator<Item = &'a TestCase>) -> String {
     format!("{:.3}", finite.fold(0.0, |sum, s| sum + s))
 }
 
-fn encode(name: &str, suites: &[Suite]) -> io::Result<Vec<u8>> {
+fn encode(name: &str, suites: &[&Suite]) -> io::Result<Vec<u8>> {
     let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
     writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let all = || suites.iter().flat_map(|suite| &suite.cases);
@@ -129,10 +143,11 @@ fn write_case(writer: &mut Writer<Vec<u8>>, case: &TestCase) -> io::Result<()> {
     Ok(())
 }
 
-/// Without the characters that XML 1.0 cannot hold, which engines' own messages may have.
+/// Without the characters that XML 1.0 cannot hold, which engines' own messages may have, and with those that mislead shown.
 fn clean(text: &str) -> String {
+    let shown = |c: char| if misleads(c) { '\u{fffd}' } else { c };
     let allowed = |c: &char| matches!(c, '\t' | '\n' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
-    text.chars().filter(allowed).collect()
+    text.chars().filter(allowed).map(shown).collect()
 }
 
 #[cfg(test)]
@@ -158,7 +173,7 @@ mod tests {
                 case(Verdict::Undetermined, "gone"),
             ],
         };
-        let text = String::from_utf8(encode("all", &[suite]).unwrap()).unwrap();
+        let text = String::from_utf8(encode("all", &[&suite]).unwrap()).unwrap();
         assert!(
             text.contains("tests=\"3\" failures=\"1\" errors=\"1\" skipped=\"0\" time=\"0.750\""),
             "{text}"

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::badge::badge;
 use super::html::history;
+use super::json::visible;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count};
 use super::provenance::now;
 use super::verify::{Verified, verify};
@@ -125,7 +126,7 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
         .map(serde_json::to_string)
         .collect::<Result<_, _>>()
         .map_err(|e| Error::usage(format!("the history cannot be JSON: {e}"), "report this"))?;
-    report.file(HISTORY, move || lines.join("\n") + "\n");
+    report.file(HISTORY, move || visible(&(lines.join("\n") + "\n")));
     report.blocks.push(table(outcome).into());
     let sentences = sentences(outcome);
     if !sentences.is_empty() {

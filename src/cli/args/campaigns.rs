@@ -104,7 +104,7 @@ pub(in crate::cli) struct Stress {
 #[derive(Args)]
 pub(in crate::cli) struct Paper {
     /// The mesh-free solutions only: contact set, norms, flux and samples
-    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "sandbox", "install"])]
+    #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
     pub reference: bool,
     /// N of (6.2) besides the paper's 3 and 5
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
@@ -132,6 +132,9 @@ pub(in crate::cli) struct Paper {
 pub(in crate::cli) struct Matrix {
     /// A TOML file with `scenes`, `methods`, `n`, and `[[releases]]` of codes with the words by which each runs in a container or chroot
     pub file: PathBuf,
+    /// Run the programs that the file names: without it the file is refused, as any file is data
+    #[arg(long)]
+    pub run: bool,
     #[command(flatten)]
     pub trust: Trust,
     #[command(flatten)]

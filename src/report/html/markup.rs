@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::report::console::misleads;
 use crate::report::model::{Cell, Table, short, word as word_of};
 use crate::report::number::in_words;
 use faceoff_judge::Verdict;
@@ -274,6 +275,7 @@ pub(super) fn escape(text: &str) -> String {
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
             c if c.is_control() && c != '\n' && c != '\t' => escaped.push('\u{fffd}'),
+            c if misleads(c) => escaped.push('\u{fffd}'),
             c => escaped.push(c),
         }
     }

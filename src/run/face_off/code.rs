@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::engine::{Engine, How, Left, Script, Settings, Silent, Task};
+use crate::engine::{Engine, How, Left, NAMES, Script, Settings, Silent, Task};
 use crate::run::{Setup, function};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
@@ -49,6 +49,15 @@ impl Code {
         }
     }
 
+    /// The program that the file starts by it: the first word of a command, or an engine that a file describes; none of an engine
+    /// of ours.
+    pub fn program(&self) -> Option<&str> {
+        match self {
+            Code::Script(script) => script.command.first().map(String::as_str),
+            Code::Protocol(of) => Some(of.engine.name()).filter(|name| !NAMES.contains(name)),
+        }
+    }
+
     /// Does it get the mesh of the face-off, rather than make its own?
     pub fn takes_mesh(&self) -> bool {
         match self {
@@ -74,7 +83,7 @@ impl Code {
     /// # Errors
     /// Files that are not there or cannot be read.
     pub fn left(&self, folder: &Path, seconds: f64) -> Result<Left> {
-        self.files().left(folder, None, seconds)
+        self.files().left(folder, seconds)
     }
 
     /// What its answer depends on besides its task.
@@ -149,6 +158,6 @@ impl Protocol {
         let (mesh, field) = function::broken(&case.problem, "u", &answer.u);
         let encoding = vtu::Encoding::Base64(vtu::Compressor::Zlib);
         vtu::write(&folder.join(FIELD), &mesh, &[field], &[], encoding)?;
-        self.files.left(folder, None, seconds)
+        self.files.left(folder, seconds)
     }
 }

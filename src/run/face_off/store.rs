@@ -166,7 +166,7 @@ impl Record {
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(BASELINE);
         let refuse = |what: String| {
-            let remedy = "name a folder that `faceoff verify FILE --record` wrote";
+            let remedy = "name a folder that `faceoff verify --record` wrote";
             Error::file(&path, Place::Whole, what, remedy)
         };
         let inside = file::beneath(folder, BASELINE)

@@ -377,14 +377,20 @@ impl Reader {
             let what = "its command does not say where the mesh goes".to_owned();
             return Err(self.refuse(&place, what, "put {mesh} into it, or say mesh = \"none\""));
         }
-        Ok(Code::Script(Script {
+        let script = Script {
             name,
             command: table.command,
             home: self.home.clone(),
             mesh: form,
             results: table.result.list(),
             numbers: table.numbers,
-        }))
+        };
+        if !script.has_out() {
+            let what = "its command does not say where its results go".to_owned();
+            let remedy = "put {out} into it, a new folder for each run, and let it write there";
+            return Err(self.refuse(&place, what, remedy));
+        }
+        Ok(Code::Script(script))
     }
 
     /// A code that speaks the protocol of engines: by its name, or the file that describes it, and what it is to solve.

@@ -1,0 +1,257 @@
+//! What the answer of a program depends on: the program, the files that its command names, and what these may import.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::kept::digest;
+use super::process::find_in_path;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file;
+use faceoff_mesh::io::matches;
+
+/// What interpreters and linkers load by a name without its suffix or from a list of folders.
+const LOADED: [&str; 30] = [
+    "py", "pyx", "pxd", "pth", "so", "pyd", "dll", "dylib", "a", "o", "edp", "idp", "jl", "lua",
+    "m", "r", "pl", "rb", "js", "sh", "f", "f90", "mod", "c", "cc", "cpp", "cu", "h", "hpp", "ufl",
+];
+
+/// What shells take apart.
+const BETWEEN: &str = " \t\n\"'`;|&<>()=:,";
+
+/// Most files and folders below one folder of scripts.
+const MOST: usize = 20_000;
+
+/// Files by their path: from `home` where they are below it.
+pub(super) fn digests(command: &[String], home: &Path) -> Result<BTreeMap<String, String>> {
+    let home = match home.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => home,
+    };
+    let home = &home.canonicalize().map_err(Error::io(home, "find"))?;
+    let mut found = Found {
+        home,
+        files: BTreeSet::new(),
+        folders: BTreeSet::new(),
+        walked: BTreeSet::new(),
+        seen: 0,
+    };
+    if let Some(program) = command.first() {
+        let is_path = program.contains('/');
+        let program = if is_path {
+            home.join(program)
+        } else {
+            program.into()
+        };
+        found.files.extend(find_in_path(program));
+    }
+    for word in command {
+        found.named(word);
+        // What a shell is told to write into is no part of what it reads.
+        let mut is_written = false;
+        for part in word.split_inclusive(|c| BETWEEN.contains(c)) {
+            let name = part.trim_end_matches(|c| BETWEEN.contains(c));
+            if !name.is_empty() {
+                if !is_written {
+                    found.named(name);
+                }
+                is_written = false;
+            }
+            is_written |= part.ends_with('>');
+        }
+    }
+    let scripts = found.files.iter().filter(|path| is_loaded(path));
+    let mut roots: BTreeSet<PathBuf> = scripts
+        .filter_map(|p| Some(p.parent()?.to_owned()))
+        .collect();
+    roots.append(&mut found.folders);
+    roots.insert(home.to_owned());
+    for root in roots {
+        found.walk(&root)?;
+    }
+    let mut digests = BTreeMap::new();
+    for path in found.files {
+        let path = path.canonicalize().unwrap_or(path);
+        let name = path.strip_prefix(home).unwrap_or(&path);
+        let name = name.display().to_string();
+        digests.insert(name, digest(&file::read(&path)?));
+    }
+    Ok(digests)
+}
+
+struct Found<'a> {
+    home: &'a Path,
+    files: BTreeSet<PathBuf>,
+    /// Those that it names.
+    folders: BTreeSet<PathBuf>,
+    /// Those that were walked through.
+    walked: BTreeSet<PathBuf>,
+    /// What was seen there.
+    seen: usize,
+}
+
+impl Found<'_> {
+    /// A part of a command that may name a file; a placeholder in its name stands for anything.
+    fn named(&mut self, part: &str) {
+        if part.is_empty() {
+            return;
+        }
+        let path = self.home.join(part);
+        if path.is_file() {
+            self.files.insert(path);
+        } else if path.is_dir() && Path::new(part).is_relative() {
+            let real = path.canonicalize().unwrap_or(path);
+            if !self.home.starts_with(&real) {
+                self.folders.insert(real);
+            }
+        } else if let (Some(folder), Some(name)) = (path.parent(), path.file_name())
+            && let Some(pattern) = pattern(&name.to_string_lossy())
+        {
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let files = entries
+                .map(|entry| entry.path())
+                .filter(|path| path.is_file());
+            let is_meant = |path: &PathBuf| {
+                path.file_name()
+                    .is_some_and(|name| matches(&pattern, &name.to_string_lossy()))
+            };
+            self.files.extend(files.filter(is_meant));
+        }
+    }
+
+    /// Adds what may be loaded from a folder and those in it, but for what this program keeps there.
+    fn walk(&mut self, root: &Path) -> Result<()> {
+        let mut folders = vec![root.to_owned()];
+        while let Some(folder) = folders.pop() {
+            let real = folder.canonicalize().map_err(Error::io(&folder, "find"))?;
+            let is_ours = ["journal.jsonl", "baseline.json", "job.json"];
+            if is_ours.iter().any(|name| folder.join(name).is_file()) || !self.walked.insert(real) {
+                continue;
+            }
+            for entry in std::fs::read_dir(&folder).map_err(Error::io(&folder, "list"))? {
+                cancel::check()?;
+                self.seen += 1;
+                if self.seen > MOST {
+                    let what = format!(
+                        "{} has more than {MOST} files, so that nobody can tell what a code there depends on",
+                        root.display()
+                    );
+                    let remedy =
+                        "run it without --resume and --record, or from a folder of its own";
+                    return Err(Error::usage(what, remedy));
+                }
+                let entry = entry.map_err(Error::io(&folder, "list"))?;
+                let (path, name) = (entry.path(), entry.file_name());
+                if name.to_string_lossy().starts_with('.') || name == "__pycache__" {
+                    continue;
+                }
+                if path.is_dir() {
+                    folders.push(path);
+                } else if path.is_file() && is_loaded(&path) {
+                    self.files.insert(path);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Is it a file that others load: by its suffix, or a library with a version behind it?
+fn is_loaded(path: &Path) -> bool {
+    let name = path
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    let suffix = name.rsplit_once('.').map_or("", |(_, suffix)| suffix);
+    LOADED.contains(&suffix) || name.contains(".so.")
+}
+
+/// `u-*.csv` for `u-{n}.csv`; none where all of it is a placeholder, or nothing is.
+fn pattern(name: &str) -> Option<String> {
+    let (mut pattern, mut rest) = (String::new(), name);
+    while let Some((before, after)) = rest.split_once('{') {
+        let (_, after) = after.split_once('}')?;
+        pattern = pattern + before + "*";
+        rest = after;
+    }
+    pattern += rest;
+    (pattern != name && pattern.trim_matches('*') != "").then_some(pattern)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn of(home: &Path, words: &[&str]) -> Vec<String> {
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        digests(&words, home).unwrap().into_keys().collect()
+    }
+
+    #[test]
+    fn an_answer_depends_on_what_is_run_named_and_loaded() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = folder.path().canonicalize().unwrap();
+        let home = at.join("home");
+        for name in [
+            "home/solver",
+            "home/u-8.csv",
+            "home/u-16.csv",
+            "home/v.csv",
+            "home/a.py",
+            "home/lib/core.py",
+            "home/lib/x.so.1",
+            "home/.git/b.py",
+            "home/kept/journal.jsonl",
+            "home/kept/c.py",
+            "home/page/index.html",
+            "shared/main.py",
+            "shared/part/d.py",
+            "shared/data.bin",
+            "lib/e.idp",
+        ] {
+            let path = at.join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, name).unwrap();
+        }
+        std::os::unix::fs::symlink(&home, home.join("lib/loop")).unwrap();
+        let own = ["a.py", "lib/core.py", "lib/x.so.1"];
+        assert_eq!(
+            of(&home, &["./solver", "{out}", "{mesh}"]),
+            [&own[..], &["solver"]].concat()
+        );
+        assert_eq!(
+            of(&home, &["no-such", "--in=u-{n}.csv"]),
+            [&own[..], &["u-16.csv", "u-8.csv"]].concat()
+        );
+        let shared = |name: &str| at.join("shared").join(name).display().to_string();
+        let found = of(
+            &home,
+            &[
+                "no-such",
+                "-c",
+                "cat ../shared/main.py;cat <v.csv >> u-8.csv",
+            ],
+        );
+        let expected = [shared("main.py"), shared("part/d.py")];
+        assert_eq!(found[..2], expected);
+        assert_eq!(found[2..], [&own[..], &["v.csv"]].concat());
+        let found = of(&home, &["no-such", "-I", "../lib", "../shared/data.bin"]);
+        assert_eq!(found[0], at.join("lib/e.idp").display().to_string());
+        assert_eq!(found[1], shared("data.bin"));
+        let sh = of(&home, &["sh"]);
+        assert!(sh[0].starts_with('/') && sh.len() == 4, "{sh:?}");
+    }
+
+    #[test]
+    fn what_is_too_large_or_cannot_be_read_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let home = folder.path();
+        for k in 0..=MOST {
+            fs::write(home.join(k.to_string()), "").unwrap();
+        }
+        let refused = digests(&["true".to_owned()], home).unwrap_err();
+        assert!(refused.to_string().contains("has more than"), "{refused}");
+    }
+}
