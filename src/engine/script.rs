@@ -1,9 +1,11 @@
 //! A program of a user's own that solves some problem on a mesh and writes files: the command with its placeholders, and what
 //! comes of running it.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::rc::Rc;
 use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
@@ -66,14 +68,59 @@ pub struct Task<'a> {
 }
 
 /// What a code left.
-#[derive(Debug)]
 pub struct Left {
     /// The files that it was to write.
-    pub results: Vec<Results>,
+    pub results: Vec<Written>,
     /// By name, as the code calls them.
     pub numbers: BTreeMap<String, f64>,
     /// From its start to its end.
     pub seconds: f64,
+    /// Where they are, if that ends with them.
+    _folder: Option<Folder>,
+}
+
+/// A result that a code has written, which is read one time after the other.
+pub struct Written {
+    /// Ascending; one that is `None` where it is of no time.
+    pub times: Vec<Option<f64>>,
+    /// As messages call it.
+    name: String,
+    series: RefCell<Series>,
+    /// The number of the time that was read last, so that those who ask in turn share it.
+    last: RefCell<Option<(usize, Rc<Results>)>>,
+}
+
+impl Written {
+    /// The last of its times is read at once: a file that cannot be read is none.
+    fn open(path: &Path, name: String) -> Result<Self> {
+        let series = Series::open(path, super::meshio_python().as_deref())?;
+        let written = Written {
+            times: series.times.clone(),
+            name,
+            series: RefCell::new(series),
+            last: RefCell::new(None),
+        };
+        written.at(written.times.len() - 1)?;
+        Ok(written)
+    }
+
+    /// The k-th of its results.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn at(&self, k: usize) -> Result<Rc<Results>> {
+        if let Some((read, results)) = &*self.last.borrow()
+            && *read == k
+        {
+            return Ok(results.clone());
+        }
+        let python = super::meshio_python();
+        let mut results = self.series.borrow_mut().read(k, python.as_deref())?;
+        results.source.clone_from(&self.name);
+        let results = Rc::new(results);
+        *self.last.borrow_mut() = Some((k, results.clone()));
+        Ok(results)
+    }
 }
 
 impl Form {
@@ -201,9 +248,14 @@ impl Script {
         )?;
         let seconds = clock.elapsed().as_secs_f64();
         let place = if self.has_out() { &out } else { &self.home };
-        let left = self.left(place, Some(begin), seconds)?;
-        if let Some(into) = &how.into {
-            copy(&out, into)?;
+        let mut left = self.left(place, Some(begin), seconds)?;
+        match &how.into {
+            // What is kept is judged, so that it is not there twice.
+            Some(into) => {
+                copy(&out, into)?;
+                left.results = self.results(into, None)?;
+            }
+            None => left._folder = Some(folder),
         }
         Ok(left)
     }
@@ -213,8 +265,7 @@ impl Script {
     /// # Errors
     /// Files that are not there, are older, or cannot be read.
     pub fn left(&self, place: &Path, begin: Option<SystemTime>, seconds: f64) -> Result<Left> {
-        let read = |name: &String| self.read(place, name, begin);
-        let results = self.results.iter().map(read).collect::<Result<_>>()?;
+        let results = self.results(place, begin)?;
         let numbers = match &self.numbers {
             Some(name) => self.read_numbers(place, name, begin)?,
             None => BTreeMap::new(),
@@ -223,6 +274,7 @@ impl Script {
             results,
             numbers,
             seconds,
+            _folder: None,
         })
     }
 
@@ -291,14 +343,17 @@ impl Script {
         Ok(path)
     }
 
-    /// The last time of a result.
-    fn read(&self, place: &Path, name: &str, begin: Option<SystemTime>) -> Result<Results> {
-        let path = self.written(place, name, begin)?;
-        let python = super::meshio_python();
-        let mut series = Series::open(&path, python.as_deref())?;
-        let mut results = series.read(series.times.len() - 1, python.as_deref())?;
-        results.source = format!("{} of {}", name, self.name);
-        Ok(results)
+    /// What it was to write; a name may be a pattern of numbered files.
+    fn results(&self, place: &Path, begin: Option<SystemTime>) -> Result<Vec<Written>> {
+        let open = |name: &String| {
+            let is_pattern = io::is_pattern(&place.join(name));
+            let path = match beneath(place, name).filter(|_| is_pattern) {
+                Some(pattern) => pattern,
+                None => self.written(place, name, begin)?,
+            };
+            Written::open(&path, format!("{name} of {}", self.name))
+        };
+        self.results.iter().map(open).collect()
     }
 
     /// Lines of a name and a number, with a comma between them.
