@@ -30,7 +30,9 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     report.next = next(of);
     for field in &of.fields {
         let shown = worst_times(field);
-        report.blocks.push(pairs_table(field, &shown, "").into());
+        report
+            .blocks
+            .push(pairs_table(field, &shown, &times_words(field)).into());
         if shown.len() < field.pairs.len() {
             let all: Vec<&OfPair> = field.pairs.iter().collect();
             let table = pairs_table(field, &all, " at every time");
@@ -51,9 +53,6 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         report.blocks.push(moved_table(diagnosis).into());
     }
     report.blocks.push(runs_table(&of.runs).into());
-    report
-        .notes
-        .extend(of.fields.iter().filter_map(times_words));
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
         let (a, b) = (&shown.a, &shown.b);
         format!("On the map a is `{a}` and b is `{b}`.")
@@ -82,24 +81,16 @@ fn worst_times(of: &OfField) -> Vec<&OfPair> {
     groups.filter_map(worst_time).collect()
 }
 
-/// What is judged of several times.
-fn times_words(of: &OfField) -> Option<String> {
-    let judged = match &of.times {
-        Judged::All => None,
-        Judged::Last => Some("only the last time of each result is judged".to_owned()),
+/// Which times are judged, where that is not all.
+fn times_words(of: &OfField) -> String {
+    match &of.times {
+        Judged::All => String::new(),
+        Judged::Last => ": only the last time of each result is judged".to_owned(),
         Judged::At(list) => {
             let list = list.iter().map(|t| short(*t).to_string());
-            Some(format!(
-                "only these times are judged: {}",
-                joined(list, ", ")
-            ))
+            format!(": only these times are judged: {}", joined(list, ", "))
         }
-    };
-    let is_of_orders = !of.orders.is_empty();
-    let errors = of.errors_of.filter(|_| is_of_orders);
-    let errors = errors.map(|times| format!("orders are of the errors at {times}"));
-    let told = joined(judged.into_iter().chain(errors), "; ");
-    (!told.is_empty()).then(|| format!("`{}`: {told}.", of.field))
+    }
 }
 
 /// What fails first: a code, a field, an order, a number.
@@ -378,7 +369,12 @@ fn orders_table(of: &OfField) -> Table {
         let h1 = order.found.h1.as_ref().map(|h1| (order, "H¹", 1, h1));
         [(order, "L²", 0, &order.found.l2)].into_iter().chain(h1)
     });
-    let caption = format!("Observed orders of `{}`", of.field);
+    let times = of.errors_of.map(|times| format!(", of errors at {times}"));
+    let caption = format!(
+        "Observed orders of `{}`{}",
+        of.field,
+        times.unwrap_or_default()
+    );
     table!(caption, rows, |(order, norm, k, found)|
         "of" => &order.of,
         "norm" => norm,
