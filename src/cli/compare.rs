@@ -165,11 +165,7 @@ impl<'a> Request<'a> {
                 .copied()
                 .collect::<Vec<f64>>()
         });
-        let by = Times {
-            tolerance: self.arguments.time_tolerance,
-            interpolate: self.arguments.interpolate,
-        };
-        let pairs = pair_times(&times[0], &times[1], &by);
+        let pairs = pair_times(&times[0], &times[1], &self.matched());
         let [named_a, named_b] = [&a, &b].map(|path| path.display().to_string());
         let mut all = Comparisons::new(named_a, named_b);
         let count = times[1].len();
@@ -270,8 +266,14 @@ impl<'a> Request<'a> {
             }
             return Ok(Some([i, j]));
         }
-        if counts == [1, 1] && !(sides[0].times[0].is_some() && sides[1].times[0].is_some()) {
-            return Ok(Some([0, 0]));
+        if counts == [1, 1] {
+            let is_one = match [sides[0].times[0], sides[1].times[0]] {
+                [Some(s), Some(t)] => pair_times(&[s], &[t], &self.matched()).len() == 1,
+                _ => true,
+            };
+            if is_one {
+                return Ok(Some([0, 0]));
+            }
         }
         let alone = sides.iter().position(|side| side.times[0].is_none());
         match alone {
@@ -286,6 +288,14 @@ impl<'a> Request<'a> {
                 );
                 Err(Error::usage(what, "choose one with --time or --times last"))
             }
+        }
+    }
+
+    /// How times are matched.
+    fn matched(&self) -> Times {
+        Times {
+            tolerance: self.arguments.time_tolerance,
+            interpolate: self.arguments.interpolate,
         }
     }
 

@@ -103,7 +103,7 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     distinct(&arguments.n, "n", "give different refinements")?;
     let mut of = FaceOff::read(name.as_ref())?;
     if !arguments.n.is_empty() {
-        of = of.with_n(arguments.n.iter().map(|&n| n as usize).collect());
+        of = of.with_n(arguments.n.iter().map(|&n| n as usize).collect())?;
     }
     let is_live = |code: &&Code| {
         arguments.engines.is_empty() || arguments.engines.iter().any(|name| name == code.name())

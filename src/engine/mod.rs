@@ -35,7 +35,7 @@ pub use kept::{Kept, digest, first_difference, identity};
 pub use machine::{HighWater, Machine, held_memory, peak_memory_mb};
 pub use quoted::{quoted, typed};
 pub use recorded::{BASELINE, Baseline, record};
-pub use script::{Form, How, Left, Script, Task, copy, fill};
+pub use script::{Form, How, Left, Script, Task, Written, copy, fill};
 pub use version::doubt;
 
 use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};

@@ -1,10 +1,11 @@
 //! A program of a user's own that solves some problem on a mesh and writes files: the command with its placeholders, and what
 //! comes of running it.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -64,14 +65,59 @@ pub struct Task<'a> {
 }
 
 /// What a code left.
-#[derive(Debug)]
 pub struct Left {
     /// The files that it was to write.
-    pub results: Vec<Results>,
+    pub results: Vec<Written>,
     /// By name, as the code calls them.
     pub numbers: BTreeMap<String, f64>,
     /// From its start to its end.
     pub seconds: f64,
+    /// Where they are, if that ends with them.
+    _folder: Option<Folder>,
+}
+
+/// A result that a code has written, which is read one time after the other.
+pub struct Written {
+    /// Ascending; one that is `None` where it is of no time.
+    pub times: Vec<Option<f64>>,
+    /// As messages call it.
+    name: String,
+    series: RefCell<Series>,
+    /// The number of the time that was read last, so that those who ask in turn share it.
+    last: RefCell<Option<(usize, Rc<Results>)>>,
+}
+
+impl Written {
+    /// The last of its times is read at once: a file that cannot be read is none.
+    fn open(path: &Path, name: String) -> Result<Self> {
+        let series = Series::open(path, super::meshio_python().as_deref())?;
+        let written = Written {
+            times: series.times.clone(),
+            name,
+            series: RefCell::new(series),
+            last: RefCell::new(None),
+        };
+        written.at(written.times.len() - 1)?;
+        Ok(written)
+    }
+
+    /// The k-th of its results.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn at(&self, k: usize) -> Result<Rc<Results>> {
+        if let Some((read, results)) = &*self.last.borrow()
+            && *read == k
+        {
+            return Ok(results.clone());
+        }
+        let python = super::meshio_python();
+        let mut results = self.series.borrow_mut().read(k, python.as_deref())?;
+        results.source.clone_from(&self.name);
+        let results = Rc::new(results);
+        *self.last.borrow_mut() = Some((k, results.clone()));
+        Ok(results)
+    }
 }
 
 impl Form {
@@ -206,9 +252,14 @@ impl Script {
             let what = "it has put something else where its folder {out} was";
             return Err(refuse(what.into(), "let it write into {out}"));
         }
-        let left = self.left(&out, seconds)?;
-        if let Some(into) = &how.into {
-            copy(&out, into)?;
+        let mut left = self.left(&out, seconds)?;
+        match &how.into {
+            // What is kept is judged, so that it is not there twice.
+            Some(into) => {
+                copy(&out, into)?;
+                left.results = self.results(into)?;
+            }
+            None => left._folder = Some(folder),
         }
         Ok(left)
     }
@@ -218,8 +269,7 @@ impl Script {
     /// # Errors
     /// Files that are not there, or cannot be read.
     pub fn left(&self, place: &Path, seconds: f64) -> Result<Left> {
-        let read = |name: &String| self.read(place, name);
-        let results = self.results.iter().map(read).collect::<Result<_>>()?;
+        let results = self.results(place)?;
         let numbers = match &self.numbers {
             Some(name) => self.read_numbers(place, name)?,
             None => BTreeMap::new(),
@@ -228,6 +278,7 @@ impl Script {
             results,
             numbers,
             seconds,
+            _folder: None,
         })
     }
 
@@ -274,14 +325,17 @@ impl Script {
         Ok(path)
     }
 
-    /// The last time of a result.
-    fn read(&self, place: &Path, name: &str) -> Result<Results> {
-        let path = self.written(place, name)?;
-        let python = super::meshio_python();
-        let mut series = Series::open(&path, python.as_deref())?;
-        let mut results = series.read(series.times.len() - 1, python.as_deref())?;
-        results.source = format!("{} of {}", name, self.name);
-        Ok(results)
+    /// What it was to write; a name may be a pattern of numbered files.
+    fn results(&self, place: &Path) -> Result<Vec<Written>> {
+        let open = |name: &String| {
+            let is_pattern = io::is_pattern(&place.join(name));
+            let path = match beneath(place, name).filter(|_| is_pattern) {
+                Some(pattern) => pattern,
+                None => self.written(place, name)?,
+            };
+            Written::open(&path, format!("{name} of {}", self.name))
+        };
+        self.results.iter().map(open).collect()
     }
 
     /// Lines of a name and a number, with a comma between them.

@@ -5,11 +5,15 @@ use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, joined, ta
 use super::number::{number, size};
 use super::verify::{why, worst};
 use crate::campaigns::face_off::{
-    Diagnosis, FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf,
+    Diagnosis, FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf, short,
+    worst as worst_time,
 };
-use crate::run::Same;
+use crate::run::{Judged, Same};
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
+
+/// Of coarser levels of one problem.
+const NOT_JUDGED: &str = "not judged";
 
 /// The report of a face-off.
 ///
@@ -25,7 +29,17 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     report.lead = lead(of);
     report.next = next(of);
     for field in &of.fields {
-        report.blocks.push(pairs_table(field).into());
+        let shown = worst_times(field);
+        report
+            .blocks
+            .push(pairs_table(field, &shown, &times_words(field)).into());
+        if shown.len() < field.pairs.len() {
+            let all: Vec<&OfPair> = field.pairs.iter().collect();
+            let table = pairs_table(field, &all, " at every time");
+            let caption = format!("All times of `{}`", field.field);
+            let folded = Block::Folded(caption, vec![table.into()]);
+            report.blocks.push(Block::Page(vec![folded]));
+        }
         if !field.orders.is_empty() {
             report.blocks.push(orders_table(field).into());
             let figures = Block::Html(Box::new(move || Ok(order_figures(field))));
@@ -47,14 +61,42 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     Ok(report)
 }
 
-fn at(n: Option<usize>) -> String {
-    n.map_or(String::new(), |n| format!(", n = {n}"))
+fn at(level: &str) -> String {
+    match level.is_empty() {
+        true => String::new(),
+        false => format!(", {level}"),
+    }
+}
+
+/// With its time.
+fn place(pair: &OfPair) -> String {
+    let time = pair.t.map(|t| format!(", t = {}", short(t)));
+    at(&pair.level) + &time.unwrap_or_default()
+}
+
+/// Of each two codes on each level the time at which they are farthest from agreement.
+fn worst_times(of: &OfField) -> Vec<&OfPair> {
+    let key = |pair: &'_ OfPair| (pair.a.clone(), pair.b.clone(), pair.level.clone());
+    let groups = of.pairs.chunk_by(|p, q| key(p) == key(q));
+    groups.filter_map(worst_time).collect()
+}
+
+/// Which times are judged, where that is not all.
+fn times_words(of: &OfField) -> String {
+    match &of.times {
+        Judged::All => String::new(),
+        Judged::Last => ": only the last time of each result is judged".to_owned(),
+        Judged::At(list) => {
+            let list = list.iter().map(|t| short(*t).to_string());
+            format!(": only these times are judged: {}", joined(list, ", "))
+        }
+    }
 }
 
 /// What fails first: a code, a field, an order, a number.
 fn claim(of: &FaceOffOutcome, word: &str) -> String {
     if let Some(run) = of.runs.iter().find(|run| run.failure.is_some()) {
-        return format!("**{}** gave no result{}", run.code, at(run.n));
+        return format!("**{}** gave no result{}", run.code, at(&run.level));
     }
     let fields = of.fields.iter().filter(|f| !f.verdict.passes());
     let wrong: Vec<&str> = fields
@@ -66,11 +108,12 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
                 .map(|n| &*n.number),
         )
         .collect();
-    let low = of
-        .fields
-        .iter()
-        .flat_map(|f| &f.orders)
-        .find(|o| o.verdict == Some(Verdict::Disagree));
+    // A code whose order is wrong where another's is right, before what differs as a consequence.
+    if let Some(order) = odd_order(of) {
+        let observed = observed(order);
+        return format!("`{}` of **{}** {observed}", order.found.field, order.of);
+    }
+    let low = orders_of(of).find(|o| o.verdict == Some(Verdict::Disagree));
     match (&wrong[..], low) {
         ([], _) => {
             let mut codes: Vec<&str> = of.runs.iter().map(|run| &*run.code).collect();
@@ -78,13 +121,61 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
             codes.dedup();
             format!("{} **{word}** on {}", codes.join(", "), of.name)
         }
-        ([_], Some(order)) => format!(
-            "**{}**: the order of {} is too low",
-            order.of, order.found.field
-        ),
-        ([one], None) => format!("**{one}** differs"),
+        ([_], Some(order)) if !has_differing_pair(of) => {
+            format!("**{}** {}", order.found.field, observed(order))
+        }
+        ([one], _) if of.verdict == Verdict::Undetermined => {
+            format!("**{one}** cannot be judged")
+        }
+        ([one], _) => format!("**{one}** differs"),
+        (several, _) if of.verdict == Verdict::Undetermined => {
+            format!("**{}** cannot be judged", several.join(", "))
+        }
         (several, _) => format!("**{}** differ", several.join(", ")),
     }
+}
+
+fn orders_of(of: &FaceOffOutcome) -> impl Iterator<Item = &OfOrder> {
+    of.fields.iter().flat_map(|f| &f.orders)
+}
+
+fn has_differing_pair(of: &FaceOffOutcome) -> bool {
+    let mut pairs = of.fields.iter().flat_map(|f| &f.pairs);
+    pairs.any(|p| p.judged && p.compared.field.verdict == Verdict::Disagree)
+}
+
+/// The order of a code that is too low, where that of another code is right in the same field.
+fn odd_order(of: &FaceOffOutcome) -> Option<&OfOrder> {
+    let has_right = |f: &&OfField| {
+        let mut orders = f.orders.iter();
+        orders.any(|o| o.verdict == Some(Verdict::Agree))
+    };
+    let mut orders = of.fields.iter().filter(has_right).flat_map(|f| &f.orders);
+    orders.find(|o| o.verdict == Some(Verdict::Disagree))
+}
+
+/// What was seen of an order that is too low.
+fn observed(of: &OfOrder) -> String {
+    let orders = [Some(&of.found.l2), of.found.h1.as_ref()];
+    let norms = ["L²", "H¹"]
+        .into_iter()
+        .zip(orders)
+        .zip(of.theory)
+        .zip(of.verdicts);
+    let told = norms.filter_map(|(((norm, order), theory), verdict)| {
+        let fit = order?.fit?.exponent;
+        let is_low = verdict == Some(Verdict::Disagree);
+        is_low.then_some(format!(
+            "{} in {norm} instead of {}",
+            number(fit, 3),
+            theory?
+        ))
+    });
+    let axis = match &*of.axis {
+        "h" => String::new(),
+        other => format!(" in {other}"),
+    };
+    format!("has order {}{axis}", joined(told, " and "))
 }
 
 fn lede(of: &FaceOffOutcome) -> String {
@@ -101,7 +192,7 @@ fn lede(of: &FaceOffOutcome) -> String {
                 field.field,
                 pair.a,
                 pair.b,
-                at(pair.n)
+                place(pair)
             ),
             (None, true) => format!(
                 "The largest difference is **{}** of its field, in `{}`, {} – {}{}.",
@@ -109,7 +200,7 @@ fn lede(of: &FaceOffOutcome) -> String {
                 field.field,
                 pair.a,
                 pair.b,
-                at(pair.n)
+                place(pair)
             ),
             (None, false) => format!(
                 "`{}` of {} and {} differs by **{}** of it{}, {} times what is allowed.",
@@ -117,7 +208,7 @@ fn lede(of: &FaceOffOutcome) -> String {
                 pair.a,
                 pair.b,
                 size(found.max_rel),
-                at(pair.n),
+                place(pair),
                 number(pair.compared.factor(), 2)
             ),
         });
@@ -138,11 +229,10 @@ fn lede(of: &FaceOffOutcome) -> String {
 
 /// The pair of codes that is farthest beyond what is allowed, or nearest to it.
 fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
-    let pairs = of
-        .fields
-        .iter()
-        .flat_map(|f| f.pairs.iter().map(move |p| (f, p)));
-    let judged = pairs.filter(|(_, pair)| pair.judged);
+    let judged = of.fields.iter().filter_map(|field| {
+        let judged = field.pairs.iter().filter(|pair| pair.judged);
+        Some((field, worst_time(judged)?))
+    });
     judged.max_by(|(_, p), (_, q)| {
         let key = |p: &OfPair| (p.compared.field.verdict, p.compared.factor());
         let ((v, x), (w, y)) = (key(p), key(q));
@@ -154,25 +244,8 @@ fn order_words(of: &OfOrder) -> Option<String> {
     if of.verdict != Some(Verdict::Disagree) {
         return None;
     }
-    let fit = [Some(&of.found.l2), of.found.h1.as_ref()]
-        .map(|o| o.and_then(|o| o.fit).map(|f| f.exponent));
-    let told = ["L²", "H¹"]
-        .iter()
-        .zip(of.theory)
-        .zip(fit)
-        .filter_map(|((norm, theory), fit)| {
-            Some(format!(
-                "{} in {norm} instead of {}",
-                number(fit?, 3),
-                theory?
-            ))
-        });
-    Some(format!(
-        "`{}` of {} has order {}.",
-        of.found.field,
-        of.of,
-        joined(told, " and ")
-    ))
+    let told = observed(of);
+    Some(format!("`{}` of {} {told}.", of.found.field, of.of))
 }
 
 /// The map of the pair that is farthest from agreement.
@@ -201,9 +274,19 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
         ));
     }
     let is_wrong = |order: &&OfOrder| order.verdict == Some(Verdict::Disagree);
-    if let Some(order) = of.fields.iter().flat_map(|f| &f.orders).find(is_wrong) {
+    if let Some(order) = orders_of(of).find(is_wrong) {
+        let has_times = of
+            .fields
+            .iter()
+            .flat_map(|f| &f.pairs)
+            .any(|p| p.t.is_some());
+        let is_constant = order.verdicts == [Some(Verdict::Disagree), Some(Verdict::Agree)];
         steps.push(Todo::new(
-            format!("A low order is of a wrong form, wrong data or a wrong element of {}: refine further, and take parts of the form away one by one.", order.of),
+            match (has_times, is_constant, odd_order(of).is_some()) {
+                (true, _, false) if order.axis == "h" => "The error of the time step does not fall with the mesh: let the step fall with it, by a list under [parameters] as long as n, before looking for another cause.".to_owned(),
+                (_, true, _) => format!("The gradient of `{0}` converges as it should and `{0}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact.", order.found.field),
+                _ => "Refine further to see whether the order rises, and take parts of the form, the data and the element away one by one, in each code whose order is low.".to_owned(),
+            },
             none,
         ));
     } else if of.fields.iter().any(|f| f.verdict == Verdict::Disagree) {
@@ -215,19 +298,28 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     steps
 }
 
+/// The number of a refinement, or what another level is called.
+fn level(n: Option<usize>, label: &str) -> Option<Cell> {
+    match n {
+        Some(n) if label == format!("n = {n}") => Some(Cell::Number(n as f64, n.to_string())),
+        _ if label.is_empty() => None,
+        _ => Some(label.into()),
+    }
+}
+
 fn runs_table(runs: &[RunOf]) -> Table {
-    let n = |run: &RunOf| run.n.map(|n| Cell::Number(n as f64, n.to_string()));
     let outcome = |run: &RunOf| run.failure.clone().unwrap_or_else(|| "done".to_owned());
     table!("", runs, |run|
         "code" => &run.code,
-        "n" => n(run),
+        "n" => level(run.n, &run.level),
         "time" => run.seconds.map(super::model::duration),
         "outcome" => outcome(run),
     )
 }
 
 fn moved_table(of: &Diagnosis) -> Table {
-    let caption = format!("What moves an answer{}", at(of.n));
+    let n = of.n.map_or(String::new(), |n| format!(", n = {n}"));
+    let caption = format!("What moves an answer{n}");
     table!(caption, &of.moved, |moved|
         "code" => &moved.code,
         "change" => moved.change,
@@ -237,15 +329,14 @@ fn moved_table(of: &Diagnosis) -> Table {
     )
 }
 
-fn pairs_table(of: &OfField) -> Table {
-    let n = |pair: &OfPair| pair.n.map(|n| Cell::Number(n as f64, n.to_string()));
+fn pairs_table(of: &OfField, pairs: &[&OfPair], more: &str) -> Table {
     let norm = |pair: &OfPair, pick: fn(&Norms) -> Option<(f64, f64)>| {
         let (norm, scale) = pair.compared.norms.as_ref().and_then(pick)?;
         Some(format!("{} of {}", size(norm), size(scale)))
     };
     let verdict = |pair: &OfPair| match pair.judged {
         true => Cell::Verdict(pair.compared.field.verdict),
-        false => "told".into(),
+        false => NOT_JUDGED.into(),
     };
     let as_functions = |pair: &OfPair| {
         let is = of.same == Same::Discretisation && pair.compared.on == On::Functions;
@@ -258,9 +349,10 @@ fn pairs_table(of: &OfField) -> Table {
             .clone()
             .or_else(|| as_functions(pair))
     };
-    table!(format!("`{}`", of.field), &of.pairs, |pair|
+    table!(format!("`{}`{more}", of.field), pairs, |pair|
         "codes" => format!("{} – {}", pair.a, pair.b),
-        "n" => n(pair),
+        "n" => level(pair.n, &pair.level),
+        "t" => pair.t.map(|t| Cell::Number(t, short(t).to_string())),
         "max |a-b|" => pair.compared.field.max_abs,
         "relative" => pair.compared.field.max_rel,
         "allowed" => pair.compared.field.tolerance,
@@ -274,24 +366,24 @@ fn pairs_table(of: &OfField) -> Table {
 
 fn orders_table(of: &OfField) -> Table {
     let rows = of.orders.iter().flat_map(|order| {
-        let h1 = order
-            .found
-            .h1
-            .as_ref()
-            .map(|h1| (order, "H¹", order.theory[1], h1));
-        [(order, "L²", order.theory[0], &order.found.l2)]
-            .into_iter()
-            .chain(h1)
+        let h1 = order.found.h1.as_ref().map(|h1| (order, "H¹", 1, h1));
+        [(order, "L²", 0, &order.found.l2)].into_iter().chain(h1)
     });
-    let caption = format!("Observed orders of `{}`", of.field);
-    table!(caption, rows, |(order, norm, theory, found)|
+    let times = of.errors_of.map(|times| format!(", of errors at {times}"));
+    let caption = format!(
+        "Observed orders of `{}`{}",
+        of.field,
+        times.unwrap_or_default()
+    );
+    table!(caption, rows, |(order, norm, k, found)|
         "of" => &order.of,
         "norm" => norm,
         "against" => order.found.against,
-        "between meshes" => joined(found.steps.iter().map(|o| format!("{o:.2}")), " "),
+        "in" => &order.axis,
+        "between levels" => joined(found.steps.iter().map(|o| format!("{o:.2}")), " "),
         "fit" => found.fit.map(|fit| Cell::fixed(fit.exponent, 2)),
-        "theory" => theory.map(|theory| number(theory, 2)),
-        "verdict" => order.verdict.filter(|_| theory.is_some()),
+        "theory" => order.theory[k].map(|theory| number(theory, 2)),
+        "verdict" => order.verdicts[k],
     )
 }
 
@@ -345,10 +437,14 @@ fn number_table(of: &OfNumber) -> Table {
             ", ",
         )
     };
+    let verdict = |row: &RowOfNumber| match row.judged {
+        true => Cell::Verdict(row.verdict),
+        false => NOT_JUDGED.into(),
+    };
     table!(format!("`{}`{exact}", of.number), &of.rows, |row|
-        "n" => row.n.map(|n| Cell::Number(n as f64, n.to_string())),
+        "n" => level(row.n, &row.level),
         "values" => values(row),
-        "verdict" => row.verdict,
+        "verdict" => verdict(row),
         "remark" => &row.reason,
     )
 }
@@ -358,7 +454,7 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
     let mut cases = Vec::new();
     for run in &of.runs {
         if let Some(failure) = &run.failure {
-            let name = format!("run of {}{}", run.code, at(run.n));
+            let name = format!("run of {}{}", run.code, at(&run.level));
             cases.push(TestCase::new(
                 &of.name,
                 name,
@@ -368,10 +464,16 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
         }
     }
     for field in &of.fields {
-        for pair in field.pairs.iter().filter(|pair| pair.judged) {
-            let name = format!("{}, {} – {}{}", field.field, pair.a, pair.b, at(pair.n));
+        for pair in worst_times(field).into_iter().filter(|pair| pair.judged) {
+            let level = at(&pair.level);
+            let name = format!("{}, {} – {}{level}", field.field, pair.a, pair.b);
             let found = &pair.compared.field;
-            cases.push(TestCase::new(&of.name, name, found.verdict, why(found)));
+            let time = pair.t.map(|t| format!("t = {}: ", short(t)));
+            let why = match why(found) {
+                why if why.is_empty() => why,
+                why => time.unwrap_or_default() + &why,
+            };
+            cases.push(TestCase::new(&of.name, name, found.verdict, why));
         }
         for order in &field.orders {
             if let Some(verdict) = order.verdict {
@@ -386,8 +488,8 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
         }
     }
     for number in &of.numbers {
-        for row in &number.rows {
-            let name = format!("{}{}", number.number, at(row.n));
+        for row in number.rows.iter().filter(|row| row.judged) {
+            let name = format!("{}{}", number.number, at(&row.level));
             cases.push(TestCase::new(
                 &of.name,
                 name,

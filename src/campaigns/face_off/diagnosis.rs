@@ -4,8 +4,8 @@
 
 use serde::Serialize;
 
-use super::fields::{compare, extract};
-use super::{OfField, OfNumber, Player, Rung, Running, pairs, run_how};
+use super::fields::{Side, over_times, worst};
+use super::{OfField, OfNumber, OfPair, Player, Rung, Running, pairs, run_how};
 use crate::engine::{How, Left, Progress, Task};
 use crate::run::{Asked, FaceOff, Same, reverse_cells, reverse_points};
 use faceoff_judge::Verdict;
@@ -99,16 +99,16 @@ pub(super) fn diagnose(
 ) -> Result<Diagnosis> {
     let differs = |rung: &&Rung| {
         let of_pairs = fields.iter().flat_map(|f| &f.pairs);
-        let mut of_pairs = of_pairs.filter(|p| p.judged && p.n == rung.n);
+        let mut of_pairs = of_pairs.filter(|p| p.judged && p.level == rung.level.label);
         let mut of_rows = numbers
             .iter()
             .flat_map(|n| &n.rows)
-            .filter(|r| r.n == rung.n);
+            .filter(|r| r.level == rung.level.label);
         of_pairs.any(|p| p.compared.field.verdict == Verdict::Disagree)
             || of_rows.any(|r| r.verdict == Verdict::Disagree)
     };
     let rung = rungs.iter().find(differs).unwrap_or(&rungs[0]);
-    let mesh = of.mesh(rung.n)?;
+    let mesh = of.mesh(rung.level.n)?;
     let mut moved = Vec::new();
     for (player, left) in players.iter().zip(&rung.left) {
         let (None, Some(left)) = (player.record, left) else {
@@ -117,7 +117,7 @@ pub(super) fn diagnose(
         for (k, change) in Change::ALL.into_iter().enumerate() {
             let share = k as f64 / Change::ALL.len() as f64;
             progress.next(&format!("{}, {}", player.name, change.words()), share);
-            let again = match again(of, how, player, rung.n, mesh.as_ref(), change) {
+            let again = match again(of, how, player, rung, mesh.as_ref(), change) {
                 None => continue,
                 Some(Err(Error::Ended(cause))) => return Err(Error::Ended(cause)),
                 Some(again) => again.map_err(|error| error.to_string()),
@@ -132,9 +132,9 @@ pub(super) fn diagnose(
             }
         }
     }
-    let findings = findings(rung.n, players, fields, numbers, &moved);
+    let findings = findings(&rung.level.label, players, fields, numbers, &moved);
     Ok(Diagnosis {
-        n: rung.n,
+        n: rung.level.n,
         moved,
         findings,
     })
@@ -155,12 +155,12 @@ fn again(
     of: &FaceOff,
     how: &Running,
     player: &Player,
-    n: Option<usize>,
+    rung: &Rung,
     mesh: Option<&Mesh>,
     change: Change,
 ) -> Option<Result<Left>> {
     let mut mesh = mesh.filter(|_| player.code.takes_mesh()).cloned();
-    let mut parameters = of.parameters.clone();
+    let mut parameters = rung.parameters.clone();
     let mut threads = None;
     match change {
         Change::Again => {}
@@ -184,12 +184,12 @@ fn again(
     }
     let task = Task {
         mesh: mesh.as_ref(),
-        n,
+        n: rung.level.n,
         parameters: &parameters,
     };
     let how = How {
         threads,
-        ..run_how(of, player.code, n, change.suffix(), how, None)
+        ..run_how(of, player.code, &rung.level, change.suffix(), how, None)
     };
     Some(player.code.run(&task, &how))
 }
@@ -200,23 +200,28 @@ fn field_moved(
     left: &Left,
     again: &Result<Left, String>,
 ) -> Result<Result<f64, String>> {
-    let name = player.code.name();
-    let both = again
-        .as_ref()
-        .map_err(Clone::clone)
-        .and_then(|again| Ok((extract(left, asked, name)?, extract(again, asked, name)?)));
-    let (before, after) = match both {
-        Ok(both) => both,
-        Err(reason) => return Ok(Err(reason)),
+    let again = match again {
+        Ok(again) => again,
+        Err(reason) => return Ok(Err(reason.clone())),
+    };
+    let side = |left| Side {
+        name: &player.name,
+        code: player.code.name(),
+        left,
     };
     let as_it_is = Asked {
         same: Same::Discretisation,
         ..asked.clone()
     };
-    let found = compare(&as_it_is, &before, &after, false, &mut None)?;
-    Ok(match found.field.reason {
+    let found = over_times(&as_it_is, [&side(left), &side(again)], false, &mut None)?;
+    let reason = found.iter().find_map(|(_, of)| of.field.reason.clone());
+    let most = found
+        .iter()
+        .map(|(_, of)| of.field.max_rel)
+        .max_by(f64::total_cmp);
+    Ok(match reason {
         Some(reason) => Err(reason),
-        None => Ok(found.field.max_rel),
+        None => most.ok_or_else(|| "it has no time that is judged".to_owned()),
     })
 }
 
@@ -237,7 +242,7 @@ fn number_moved(
 
 /// Of each field and number, and each two codes that differ in it: which of the two moves as far.
 fn findings(
-    n: Option<usize>,
+    level: &str,
     players: &[Player],
     fields: &[OfField],
     numbers: &[OfNumber],
@@ -245,14 +250,20 @@ fn findings(
 ) -> Vec<String> {
     let mut told = Vec::new();
     for field in fields {
-        let pairs = field.pairs.iter().filter(|p| p.judged && p.n == n);
-        for pair in pairs.filter(|p| p.compared.field.verdict == Verdict::Disagree) {
+        let of_level = |p: &&OfPair| p.judged && p.level == level;
+        for (a, b) in pairs(players) {
+            let names = [&players[a].name, &players[b].name];
+            let of_pair = field.pairs.iter().filter(of_level);
+            let at = worst(of_pair.filter(|p| [&p.a, &p.b] == names));
+            let Some(pair) = at.filter(|p| p.compared.field.verdict == Verdict::Disagree) else {
+                continue;
+            };
             let apart = pair.compared.field.max_rel;
             told.push(finding(&field.field, [&pair.a, &pair.b], apart, moved));
         }
     }
     for number in numbers {
-        let rows = number.rows.iter().filter(|r| r.n == n);
+        let rows = number.rows.iter().filter(|r| r.level == level);
         for row in rows.filter(|r| r.verdict == Verdict::Disagree) {
             for (a, b) in pairs(players) {
                 let names = [&*players[a].name, &*players[b].name];

@@ -4,6 +4,7 @@ mod diagnosis;
 mod fields;
 mod numbers;
 mod orders;
+mod times;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -13,10 +14,12 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 pub use diagnosis::{Diagnosis, Moved};
+pub use fields::worst;
+pub use times::short;
 
 use super::convergence::Convergence;
 use crate::engine::{How, Left, Progress, Task};
-use crate::run::{Code, FaceOff, Record, Same, Store};
+use crate::run::{Code, FaceOff, Judged, Level, Record, Same, Store};
 use faceoff_judge::{ComparedField, Comparison, Verdict};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -65,9 +68,9 @@ pub struct FaceOffOutcome {
 
 impl FaceOffOutcome {
     /// Each run of a code, with its level and what it was asked.
-    pub fn asked(&self) -> Vec<(String, Option<usize>, Value)> {
+    pub fn asked(&self) -> Vec<(String, Level, Value)> {
         let runs = self.runs.iter().filter(|run| run.seconds.is_some());
-        runs.map(|run| (run.code.clone(), run.n, run.problem.clone()))
+        runs.map(|run| (run.code.clone(), run.of.clone(), run.problem.clone()))
             .collect()
     }
 }
@@ -79,6 +82,8 @@ pub struct RunOf {
     pub code: String,
     /// The refinement, where the mesh has several.
     pub n: Option<usize>,
+    /// What it is called, as `n = 16` or `dt = 0.05`; empty where there is one alone.
+    pub level: String,
     /// Of the process; none of a recorded answer, or without a result.
     pub seconds: Option<f64>,
     /// Why there is no result.
@@ -86,6 +91,8 @@ pub struct RunOf {
     /// What it was asked, beside the code itself.
     #[serde(skip)]
     pub problem: Value,
+    #[serde(skip)]
+    of: Level,
 }
 
 /// A field of all codes.
@@ -95,15 +102,20 @@ pub struct OfField {
     pub field: String,
     /// What the codes share, which decides how it is judged.
     pub same: Same,
+    /// Those that are judged.
+    pub times: Judged,
+    /// Of which times errors are taken, where a result has several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub errors_of: Option<&'static str>,
     /// The worst of the pairs that are judged and of the orders.
     pub verdict: Verdict,
-    /// Every two codes on every level where both have results.
+    /// Every two codes on every level where both have results, at every time.
     pub pairs: Vec<OfPair>,
     /// On several levels, where the solution is known or the codes share the problem only.
     pub orders: Vec<OfOrder>,
 }
 
-/// Two codes on one level.
+/// Two codes on one level, at one time.
 #[derive(Debug, Serialize)]
 pub struct OfPair {
     /// The first code.
@@ -112,6 +124,10 @@ pub struct OfPair {
     pub b: String,
     /// The refinement.
     pub n: Option<usize>,
+    /// As in the runs.
+    pub level: String,
+    /// Where results have times.
+    pub t: Option<f64>,
     /// Coarser levels of one problem are told and not judged.
     pub judged: bool,
     /// The field of the one less that of the other.
@@ -126,10 +142,14 @@ pub struct OfOrder {
     pub of: String,
     /// The refinements, coarsest first.
     pub n: Vec<Option<usize>>,
+    /// In what the order is: `h`, a parameter, or `1/n`.
+    pub axis: String,
     /// In L² and H¹, as far as the file states them.
     pub theory: [Option<f64>; 2],
-    /// None where theory is not asked.
+    /// The worse of both; none where theory is not asked.
     pub verdict: Option<Verdict>,
+    /// Of each norm.
+    pub verdicts: [Option<Verdict>; 2],
     /// What was observed.
     #[serde(flatten)]
     pub found: Convergence,
@@ -153,9 +173,13 @@ pub struct OfNumber {
 pub struct RowOfNumber {
     /// The refinement.
     pub n: Option<usize>,
+    /// As in the runs.
+    pub level: String,
     /// By code.
     pub values: BTreeMap<String, f64>,
-    /// Of this level.
+    /// Coarser levels of one problem are told and not judged.
+    pub judged: bool,
+    /// Of this level; undetermined where it is not judged.
     pub verdict: Verdict,
     /// What is wrong, or why nothing can be told; else empty.
     pub reason: String,
@@ -170,7 +194,9 @@ struct Player<'a> {
 
 /// What the codes left on one level; none of those that failed.
 struct Rung {
-    n: Option<usize>,
+    level: Level,
+    /// As commands got them.
+    parameters: BTreeMap<String, String>,
     left: Vec<Option<Left>>,
 }
 
@@ -184,22 +210,23 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
     let mut runs = Vec::new();
     let mut rungs = Vec::with_capacity(levels.len());
     let all = levels.len() * players.len();
-    for n in levels {
-        let mesh = of.mesh(n)?;
-        let problem = of.problem(n, mesh.as_ref());
+    for level in levels {
+        let mesh = of.mesh(level.n)?;
+        let problem = of.problem(&level, mesh.as_ref());
+        let parameters = level.parameters(&of.parameters);
         let mut left = Vec::with_capacity(players.len());
         for player in &players {
             let name = &player.name;
-            let label = n.map_or_else(|| name.clone(), |n| format!("{name}, n = {n}"));
+            let label = name.clone() + &level.at();
             progress.next(&label, runs.len() as f64 / all as f64);
             let task = Task {
                 mesh: mesh.as_ref(),
-                n,
-                parameters: &of.parameters,
+                n: level.n,
+                parameters: &parameters,
             };
             let found = match player.record {
-                Some(record) => record.left(player.code, n, &problem),
-                None => answer(of, player.code, &task, &problem, how)?,
+                Some(record) => record.left(player.code, &level, &problem),
+                None => answer(of, player.code, &task, (&level, &problem), how)?,
             };
             let found = match found {
                 Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
@@ -208,17 +235,23 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
             let seconds = found.as_ref().ok().map(|left| left.seconds);
             runs.push(RunOf {
                 code: name.clone(),
-                n,
+                n: level.n,
+                level: level.label.clone(),
                 seconds: seconds.filter(|_| player.record.is_none()),
                 failure: found.as_ref().err().map(Error::to_string),
                 problem: problem.clone(),
+                of: level.clone(),
             });
             left.push(found.ok());
         }
-        rungs.push(Rung { n, left });
+        rungs.push(Rung {
+            level,
+            parameters,
+            left,
+        });
     }
     let mut shown = None;
-    let judge = |asked| fields::judge(of, &players, asked, &rungs, &mut shown);
+    let judge = |asked| fields::judge(&players, asked, &rungs, &mut shown);
     let fields = of.fields.iter().map(judge).collect::<Result<Vec<_>>>()?;
     let numbers = of.numbers.iter();
     let numbers: Vec<OfNumber> = numbers
@@ -296,7 +329,7 @@ fn answer(
     of: &FaceOff,
     code: &Code,
     task: &Task,
-    problem: &Value,
+    (level, problem): (&Level, &Value),
     how: &Running,
 ) -> Result<Result<Left>> {
     let asked = match how.store.map(|_| code.identity()).transpose() {
@@ -305,17 +338,17 @@ fn answer(
     };
     let mut into = None;
     if let Some(store) = how.store {
-        if let Some(left) = store.find(code, task.n, &asked)? {
+        if let Some(left) = store.find(code, level, &asked)? {
             return Ok(Ok(left));
         }
-        into = Some(store.place(code.name(), task.n)?);
+        into = Some(store.place(code.name(), level)?);
     }
-    let left = match code.run(task, &run_how(of, code, task.n, "", how, into)) {
+    let left = match code.run(task, &run_how(of, code, level, "", how, into)) {
         Ok(left) => left,
         Err(error) => return Ok(Err(error)),
     };
     if let Some(store) = how.store {
-        store.keep(code.name(), task.n, &asked, left.seconds)?;
+        store.keep(code.name(), level, &asked, left.seconds)?;
     }
     Ok(Ok(left))
 }
@@ -324,12 +357,12 @@ fn answer(
 fn run_how(
     of: &FaceOff,
     code: &Code,
-    n: Option<usize>,
+    level: &Level,
     change: &str,
     how: &Running,
     into: Option<PathBuf>,
 ) -> How {
-    let level = n.map_or(String::new(), |n| format!("-n{n}"));
+    let level = level.suffix();
     How {
         into,
         threads: None,

@@ -8,10 +8,16 @@ use faceoff_judge::Verdict;
 
 /// Every pair on every level, and the exact value.
 pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumber {
-    let exact = asked.exact.first().map(|e| e.value([0.0; 3]));
+    let exact_on = |rung: &Rung| {
+        let formula = asked.exact.first()?.at(&rung.parameters, 0.0).ok()?;
+        Some(formula.value([0.0; 3]))
+    };
     let mut rows = Vec::new();
     for (level, rung) in rungs.iter().enumerate() {
         let is_finest = level + 1 == rungs.len();
+        let exact = exact_on(rung);
+        let is_compared = asked.same == Same::Discretisation || is_finest && asked.rtol.is_finite();
+        let against = exact.zip(asked.exact_rtol).filter(|_| is_finest);
         let mut values = BTreeMap::new();
         let mut told: Vec<(Verdict, String)> = Vec::new();
         for (player, left) in players.iter().zip(&rung.left) {
@@ -39,36 +45,37 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
                 continue;
             };
             let (far, scale) = ((a - b).abs(), a.abs().max(b.abs()));
-            let is_judged =
-                asked.same == Same::Discretisation || is_finest && asked.rtol.is_finite();
-            if is_judged && far > (asked.rtol * scale).max(asked.atol) {
+            if is_compared && far > (asked.rtol * scale).max(asked.atol) {
+                let far = apart(far, scale);
                 told.push((
                     Verdict::Disagree,
-                    format!("{name_a} – {name_b}: {:.3e} of it apart", far / scale),
+                    format!("{name_a} – {name_b}: {far} apart"),
                 ));
             }
         }
-        if let (Some(exact), Some(rtol), true) = (exact, asked.exact_rtol, is_finest) {
+        if let Some((exact, rtol)) = against {
             for (name, value) in &values {
                 let far = (value - exact).abs();
-                if far > rtol * exact.abs() {
-                    let far = far / exact.abs();
-                    told.push((
-                        Verdict::Disagree,
-                        format!("{name} is {far:.3e} of it away from the exact {exact}"),
-                    ));
+                // Not a number is as far as can be.
+                if !(far <= (rtol * exact.abs()).max(asked.atol)) {
+                    let far = apart(far, exact.abs());
+                    let why = format!("{name} is {far} away from the exact {exact}");
+                    told.push((Verdict::Disagree, why));
                 }
             }
         }
         let verdict = told.iter().map(|(verdict, _)| *verdict).max();
-        let alone = if values.len() < 2 {
+        let judged = is_compared || against.is_some() || !told.is_empty();
+        let alone = if values.len() < 2 || !judged {
             Verdict::Undetermined
         } else {
             Verdict::Agree
         };
         rows.push(RowOfNumber {
-            n: rung.n,
+            n: rung.level.n,
+            level: rung.level.label.clone(),
             values,
+            judged,
             verdict: verdict.unwrap_or(alone),
             reason: told
                 .into_iter()
@@ -81,10 +88,19 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
         number: asked.name.clone(),
         verdict: rows
             .iter()
+            .filter(|row| row.judged)
             .map(|row| row.verdict)
             .max()
             .unwrap_or(Verdict::Undetermined),
-        exact,
+        exact: rungs.last().and_then(exact_on),
         rows,
+    }
+}
+
+/// In words: relative to the larger one, unless that is 0.
+fn apart(far: f64, scale: f64) -> String {
+    match scale > 0.0 {
+        true => format!("{:.3e} of it", far / scale),
+        false => format!("{far:.3e}"),
     }
 }

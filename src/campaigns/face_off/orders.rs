@@ -1,102 +1,107 @@
 //! Observed orders of a field, of each code's error or of two codes' difference.
 
-use super::{OfOrder, OfPair, Player, pairs};
-use crate::campaigns::convergence::{Against, Convergence, Level, Order, convergence};
-use crate::run::{Asked, FaceOff, Same};
-use faceoff_judge::{Norms, Size, Verdict};
-use faceoff_mesh::error::Result;
-use faceoff_mesh::field::Results;
+use super::OfOrder;
+use crate::campaigns::convergence::{Convergence, Level as Step, Order};
+use crate::run::{Asked, Level};
+use faceoff_judge::{Norms, Verdict};
+use faceoff_mesh::error::{Error, Result};
 
 /// An observed order may be so much lower than that of theory.
 const LOWER: f64 = 0.25;
+/// Meshes whose sizes differ by less are one.
+const ONE_MESH: f64 = 1e-9;
 
-/// Of each code's error where the solution is known, else of the codes' differences.
+/// Of the errors of one code, or the differences of two, on every level, which come with the mesh size.
 pub(super) fn orders(
-    of: &FaceOff,
-    players: &[Player],
     asked: &Asked,
-    found: &[Vec<Option<Result<Results, String>>>],
-    pairs_found: &[OfPair],
-) -> Result<Vec<OfOrder>> {
-    let mut all = Vec::new();
-    let series = |code: usize| -> Option<Vec<Results>> {
-        let of_code = found
+    levels: &[&Level],
+    of: String,
+    against: &'static str,
+    mut steps: Vec<Step>,
+) -> Result<OfOrder> {
+    let axis = axis(asked, levels, &mut steps)?;
+    let order = |pick: fn(&Norms) -> Option<f64>| {
+        let errors = steps
             .iter()
-            .map(|level| level[code].as_ref()?.as_ref().ok().cloned());
-        of_code.collect()
+            .filter_map(|l| Some((l.h, pick(l.norms.as_ref()?)?)));
+        let errors: Vec<(f64, f64)> = errors.collect();
+        (!errors.is_empty()).then(|| Order::new(&errors))
     };
-    if !asked.exact.is_empty() {
-        for (k, player) in players.iter().enumerate() {
-            if player.record.is_some() {
-                continue;
-            }
-            let Some(results) = series(k) else { continue };
-            let against = Against::Exact(asked.exact.clone());
-            let names = std::slice::from_ref(&asked.name);
-            for found in convergence(&results, names, &against, &|_| {})? {
-                all.push(judged(asked, of, player.name.clone(), found));
-            }
-        }
-    } else if asked.same == Same::Problem {
-        for (a, b) in pairs(players) {
-            let (Some(results), Some(_)) = (series(a), series(b)) else {
-                continue;
-            };
-            let (name_a, name_b) = (&players[a].name, &players[b].name);
-            let of_pair = pairs_found
-                .iter()
-                .filter(|p| p.a == *name_a && p.b == *name_b);
-            let mut levels = Vec::new();
-            for (result, pair) in results.iter().zip(of_pair) {
-                let Size { cells, h, .. } = Size::of(result)?;
-                levels.push(Level {
-                    file: result.source.clone(),
-                    cells,
-                    h,
-                    norms: pair.compared.norms,
-                    alone: None,
-                });
-            }
-            let order = |pick: fn(&Norms) -> Option<f64>| {
-                let errors = levels
-                    .iter()
-                    .filter_map(|l| Some((l.h, pick(l.norms.as_ref()?)?)));
-                let errors: Vec<(f64, f64)> = errors.collect();
-                (!errors.is_empty()).then(|| Order::new(&errors))
-            };
-            let (l2, h1) = (order(|n| Some(n.l2)), order(|n| n.h1));
-            let found = Convergence {
-                field: asked.name.clone(),
-                against: "code",
-                l2: l2.unwrap_or_else(|| Order::new(&[])),
-                h1,
-                levels,
-            };
-            all.push(judged(asked, of, format!("{name_a} – {name_b}"), found));
-        }
+    let (l2, h1) = (order(|n| Some(n.l2)), order(|n| n.h1));
+    let found = Convergence {
+        field: asked.name.clone(),
+        against,
+        l2: l2.unwrap_or_else(|| Order::new(&[])),
+        h1,
+        levels: steps,
+    };
+    Ok(judged(asked, levels, of, axis, found))
+}
+
+/// In what the order is: a parameter, the mesh size, or 1/n where codes take n for something else, as a number of steps on one
+/// mesh. The steps get it as their size.
+fn axis(asked: &Asked, levels: &[&Level], steps: &mut [Step]) -> Result<String> {
+    let is_one_mesh = steps
+        .windows(2)
+        .all(|pair| (pair[0].h - pair[1].h).abs() <= ONE_MESH * pair[0].h);
+    let of_parameter = levels
+        .iter()
+        .map(|level| level.step)
+        .collect::<Option<Vec<f64>>>();
+    let of_n = levels.iter().map(|level| level.n.map(|n| 1.0 / n as f64));
+    let of_n = of_n.collect::<Option<Vec<f64>>>().filter(|_| is_one_mesh);
+    let name = levels.iter().find_map(|level| level.value.as_ref());
+    let (axis, sizes) = match (of_parameter, of_n) {
+        (Some(sizes), _) => (
+            name.map_or_else(String::new, |(name, _)| name.clone()),
+            sizes,
+        ),
+        (None, Some(sizes)) => ("1/n".to_owned(), sizes),
+        (None, None) => ("h".to_owned(), steps.iter().map(|step| step.h).collect()),
+    };
+    if let Some(k) = sizes.windows(2).position(|pair| !(pair[0] > pair[1])) {
+        let what = format!(
+            "`{}`: {} with {} cells is not finer than {} with {}",
+            asked.name,
+            steps[k + 1].file,
+            steps[k + 1].cells,
+            steps[k].file,
+            steps[k].cells
+        );
+        let remedy = "give refinements at which the mesh of the result becomes finer";
+        return Err(Error::usage(what, remedy));
     }
-    Ok(all)
+    for (step, size) in steps.iter_mut().zip(sizes) {
+        step.h = size;
+    }
+    Ok(axis)
 }
 
 /// An order lower than that of theory disagrees; a higher one is none's fault.
-fn judged(asked: &Asked, file: &FaceOff, of: String, found: Convergence) -> OfOrder {
-    let fit = |order: Option<&Order>| order.and_then(|o| o.fit).map(|fit| fit.exponent);
-    let pairs = [fit(Some(&found.l2)), fit(found.h1.as_ref())];
-    let asked_for = asked
-        .orders
-        .iter()
-        .zip(pairs)
-        .filter_map(|(theory, fit)| Some(((*theory)?, fit)));
-    let verdicts = asked_for.map(|(theory, fit)| match fit {
-        Some(fit) if fit >= theory - LOWER => Verdict::Agree,
-        Some(_) => Verdict::Disagree,
-        None => Verdict::Undetermined,
-    });
+fn judged(
+    asked: &Asked,
+    levels: &[&Level],
+    of: String,
+    axis: String,
+    found: Convergence,
+) -> OfOrder {
+    let of_norm = |theory: Option<f64>, order: Option<&Order>| {
+        let fit = order.and_then(|order| order.fit);
+        theory.map(|theory| match fit.map(|fit| fit.exponent) {
+            Some(fit) if fit >= theory - LOWER => Verdict::Agree,
+            Some(_) => Verdict::Disagree,
+            None => Verdict::Undetermined,
+        })
+    };
+    let [l2, h1] = asked.orders;
+    let verdicts = [of_norm(l2, Some(&found.l2)), of_norm(h1, found.h1.as_ref())];
     OfOrder {
         of,
-        n: file.levels(),
+        n: levels.iter().map(|level| level.n).collect(),
+        axis,
         theory: asked.orders,
-        verdict: verdicts.max(),
+        verdict: verdicts.into_iter().flatten().max(),
+        verdicts,
         found,
     }
 }

@@ -21,8 +21,12 @@
 //! ```
 
 mod code;
+mod formula;
+mod level;
+mod parameters;
 mod store;
 mod tables;
+mod times;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -31,9 +35,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 pub use code::Code;
+pub use formula::Formula;
+pub use level::Level;
 pub use store::{Record, Store};
+pub use times::Judged;
 
-use faceoff_fem::scene::Expression;
 use faceoff_judge::On;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
@@ -51,8 +57,9 @@ pub struct FaceOff {
     mesh: Option<Source>,
     /// Refinements, ascending; none where the mesh is taken as it is.
     pub n: Vec<usize>,
-    /// As commands get them.
+    /// As commands get them; of one that is a list, the first.
     pub parameters: BTreeMap<String, String>,
+    list: Option<level::List>,
     /// At least two, each of another name.
     pub codes: Vec<Code>,
     /// Those that are compared.
@@ -87,13 +94,15 @@ pub struct Asked {
     /// How many a field must have; in the plane, 2 may stand as 3.
     pub components: Option<usize>,
     /// The solution, a formula for each component; of a number, its value.
-    pub exact: Vec<Expression>,
+    pub exact: Vec<Formula>,
     /// How far a number on the finest mesh may be from the exact one, relative to it.
     pub exact_rtol: Option<f64>,
     /// The orders of theory in L² and H¹.
     pub orders: [Option<f64>; 2],
     /// The part of either mesh that the other need not cover.
     pub uncovered: Option<f64>,
+    /// Of a field.
+    pub times: Judged,
 }
 
 /// What codes share.
@@ -123,10 +132,10 @@ pub fn is_face_off(path: &Path) -> bool {
 
 impl FaceOff {
     /// What codes are asked on a level.
-    pub fn problem(&self, n: Option<usize>, mesh: Option<&Mesh>) -> Value {
+    pub fn problem(&self, level: &Level, mesh: Option<&Mesh>) -> Value {
         json!({
-            "parameters": self.parameters,
-            "n": n,
+            "parameters": level.parameters(&self.parameters),
+            "n": level.n,
             "mesh digest": mesh.map(Mesh::digest),
         })
     }
@@ -150,18 +159,23 @@ impl FaceOff {
     }
 
     /// With other refinements.
-    pub fn with_n(mut self, n: Vec<usize>) -> Self {
+    ///
+    /// # Errors
+    /// Not as many as a parameter has values.
+    pub fn with_n(mut self, n: Vec<usize>) -> Result<Self> {
         self.n = n;
         self.n.sort_unstable();
-        self
+        Level::all(&self.n, self.list.as_ref()).map_err(|what| {
+            let remedy = "give one refinement, or as many as the parameter has values";
+            Error::usage(what, remedy)
+        })?;
+        Ok(self)
     }
 
-    /// The refinements to run at; one that is none where the mesh is as it is.
-    pub fn levels(&self) -> Vec<Option<usize>> {
-        match &self.n[..] {
-            [] => vec![None],
-            n => n.iter().copied().map(Some).collect(),
-        }
+    /// What to run, the coarsest first; one level where the mesh is as it is and no parameter is a list.
+    pub fn levels(&self) -> Vec<Level> {
+        // Both lengths were checked when they were given.
+        Level::all(&self.n, self.list.as_ref()).unwrap_or_default()
     }
 
     /// The mesh at a refinement; none where every code makes its own.

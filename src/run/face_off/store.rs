@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::Code;
+use super::{Code, Level};
 use crate::engine::{BASELINE, Left, digest, first_difference};
 use crate::run::Journal;
 use faceoff_mesh::error::{Error, Place, Result};
@@ -48,13 +48,16 @@ pub struct Record {
 struct Recorded {
     code: String,
     n: Option<usize>,
+    /// Where a parameter is a list.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    value: Option<(String, String)>,
     problem: Value,
     digests: BTreeMap<String, String>,
 }
 
 /// `freefem-n16`
-fn label(code: &str, n: Option<usize>) -> String {
-    n.map_or_else(|| code.to_owned(), |n| format!("{code}-n{n}"))
+fn label(code: &str, level: &Level) -> String {
+    code.to_owned() + &level.suffix()
 }
 
 impl Store {
@@ -87,8 +90,8 @@ impl Store {
     ///
     /// # Errors
     /// Files that cannot be removed.
-    pub fn place(&self, code: &str, n: Option<usize>) -> Result<PathBuf> {
-        let place = self.folder.join(label(code, n));
+    pub fn place(&self, code: &str, level: &Level) -> Result<PathBuf> {
+        let place = self.folder.join(label(code, level));
         if place.is_dir() {
             fs::remove_dir_all(&place).map_err(Error::io(&place, "remove"))?;
         }
@@ -99,8 +102,8 @@ impl Store {
     ///
     /// # Errors
     /// Something else was asked when this was begun.
-    pub fn find(&self, code: &Code, n: Option<usize>, asked: &Value) -> Result<Option<Left>> {
-        let label = label(code.name(), n);
+    pub fn find(&self, code: &Code, level: &Level, asked: &Value) -> Result<Option<Left>> {
+        let label = label(code.name(), level);
         let Some(kept) = self.journal.find::<Kept>(&label, asked)? else {
             return Ok(None);
         };
@@ -115,8 +118,8 @@ impl Store {
     ///
     /// # Errors
     /// A journal that cannot be written.
-    pub fn keep(&self, code: &str, n: Option<usize>, asked: &Value, seconds: f64) -> Result<()> {
-        let label = label(code, n);
+    pub fn keep(&self, code: &str, level: &Level, asked: &Value, seconds: f64) -> Result<()> {
+        let label = label(code, level);
         let digests = digests(&self.folder.join(&label))?;
         self.journal.keep(&label, asked, &Kept { seconds, digests })
     }
@@ -129,16 +132,17 @@ impl Store {
         &self,
         folder: &Path,
         (name, recipe): (&str, &str),
-        runs: &[(String, Option<usize>, Value)],
+        runs: &[(String, Level, Value)],
     ) -> Result<()> {
         let mut recorded = Vec::with_capacity(runs.len());
-        for (code, n, problem) in runs {
-            let label = label(code, *n);
+        for (code, level, problem) in runs {
+            let label = label(code, level);
             let to = folder.join(&label);
             crate::engine::copy(&self.folder.join(&label), &to)?;
             recorded.push(Recorded {
                 code: code.clone(),
-                n: *n,
+                n: level.n,
+                value: level.value.clone(),
                 problem: problem.clone(),
                 digests: digests(&to)?,
             });
@@ -193,16 +197,18 @@ impl Record {
     ///
     /// # Errors
     /// A level that was not, another problem than was recorded, files that have changed since.
-    pub fn left(&self, code: &Code, n: Option<usize>, problem: &Value) -> Result<Left> {
-        let (name, label) = (code.name(), label(code.name(), n));
+    pub fn left(&self, code: &Code, level: &Level, problem: &Value) -> Result<Left> {
+        let (name, label) = (code.name(), label(code.name(), level));
         let refuse = |what: String| {
             let remedy = format!("run what was recorded, or record it again: {}", self.recipe);
             Error::engine(format!("{name} (recorded)"), what, remedy)
         };
-        let found = self.runs.iter().find(|run| run.code == name && run.n == n);
-        let found = found.ok_or_else(|| match n {
-            Some(n) => refuse(format!("n = {n} was not recorded")),
-            None => refuse("its answer without refinement was not recorded".into()),
+        let is_asked =
+            |run: &&Recorded| run.code == name && run.n == level.n && run.value == level.value;
+        let found = self.runs.iter().find(is_asked);
+        let found = found.ok_or_else(|| match level.label.is_empty() {
+            false => refuse(format!("{} was not recorded", level.label)),
+            true => refuse("its answer without refinement was not recorded".into()),
         })?;
         if let Some(what) = first_difference("", &found.problem, problem) {
             return Err(refuse(format!("it was another problem: {what}")));

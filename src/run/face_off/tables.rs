@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::code::{Code, Protocol};
-use super::{Asked, FaceOff, Same, Source};
+use super::level::Level;
+use super::{Asked, FaceOff, Formula, Judged, Same, Source};
 use crate::engine::{self, Form, Script, fill};
 use faceoff_fem::contact::Method;
-use faceoff_fem::scene::{Expression, Scene};
+use faceoff_fem::scene::Scene;
 use faceoff_judge::On;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::beneath;
@@ -24,6 +25,8 @@ struct File {
     mesh: Option<MeshTable>,
     #[serde(default)]
     parameters: BTreeMap<String, toml::Value>,
+    #[serde(default)]
+    times: Judged,
     codes: toml::Table,
     #[serde(default)]
     fields: toml::Table,
@@ -66,11 +69,12 @@ struct AskedTable {
     on: Option<On>,
     components: Option<usize>,
     #[serde(default)]
-    exact: Several<Formula>,
+    exact: Several<Given>,
     exact_rtol: Option<f64>,
     #[serde(default)]
     orders: OrdersTable,
     uncovered: Option<f64>,
+    times: Option<Judged>,
     #[serde(default)]
     names: BTreeMap<String, String>,
 }
@@ -108,7 +112,7 @@ impl<T> Several<T> {
 /// A formula as text, or a plain number.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Formula {
+enum Given {
     Number(f64),
     Text(String),
 }
@@ -120,7 +124,7 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    fn refuse(&self, place: &str, what: String, remedy: &str) -> Error {
+    pub(super) fn refuse(&self, place: &str, what: String, remedy: &str) -> Error {
         Error::Scene {
             scene: self.origin.clone(),
             place: place.to_owned(),
@@ -147,11 +151,7 @@ impl Reader {
             )
         })?;
         self.check_name("name", &file.name)?;
-        let parameters = file
-            .parameters
-            .into_iter()
-            .map(|(name, value)| Ok((name.clone(), self.parameter(&name, &value)?)))
-            .collect::<Result<BTreeMap<_, _>>>()?;
+        let (parameters, list) = self.parameters(file.parameters)?;
         let codes = file
             .codes
             .into_iter()
@@ -180,8 +180,19 @@ impl Reader {
         let asked = |kind: &str, tables: toml::Table| -> Result<Vec<Asked>> {
             let all = tables.into_iter().map(|(name, table)| {
                 let place = format!("{kind}.{name}");
-                let table = self.table(&place, table)?;
-                self.asked(&place, name, table, &parameters, &codes)
+                let mut table: AskedTable = self.table(&place, table)?;
+                let of_number = kind == "numbers";
+                if of_number && table.times.is_some() {
+                    let what = "times are of fields, and this is a number".to_owned();
+                    return Err(self.refuse(&place, what, "leave times out"));
+                }
+                table.times.get_or_insert_with(|| file.times.clone());
+                let asked = self.asked(&place, name, table, &parameters, &codes)?;
+                if of_number && asked.exact.iter().any(|formula| formula.has_time) {
+                    let what = "exact has t, and a number is of no time".to_owned();
+                    return Err(self.refuse(&place, what, "put the time in for t"));
+                }
+                Ok(asked)
             });
             all.collect()
         };
@@ -221,12 +232,17 @@ impl Reader {
         if let Some(table) = file.mesh {
             (source, n) = self.mesh(table)?;
         }
+        Level::all(&n, list.as_ref()).map_err(|what| {
+            let remedy = "give one n, or as many as the parameter has values: they run together";
+            self.refuse("parameters", what, remedy)
+        })?;
         Ok(FaceOff {
             name: file.name,
             about: file.about,
             mesh: source,
             n,
             parameters,
+            list,
             codes,
             fields,
             numbers,
@@ -240,28 +256,6 @@ impl Reader {
         }
         let what = format!("`{name}` cannot name output files");
         Err(self.refuse(place, what, "use letters, digits, `-`, `_` and `.`"))
-    }
-
-    /// As a command gets it: numbers with the fewest digits that are the same number.
-    fn parameter(&self, name: &str, value: &toml::Value) -> Result<String> {
-        let place = format!("parameters.{name}");
-        if ["mesh", "out", "n"].contains(&name) {
-            let what = format!("{{{name}}} has a meaning of its own");
-            return Err(self.refuse(&place, what, "give it another name"));
-        }
-        match value {
-            toml::Value::String(text) => Ok(text.clone()),
-            toml::Value::Integer(number) => Ok(number.to_string()),
-            toml::Value::Boolean(is) => Ok(is.to_string()),
-            toml::Value::Float(number) if number.is_finite() => Ok(match number.abs() {
-                x if x != 0.0 && !(1e-5..1e15).contains(&x) => format!("{number:e}"),
-                _ => number.to_string(),
-            }),
-            _ => {
-                let what = "it is neither a finite number nor a text".to_owned();
-                Err(self.refuse(&place, what, "give a number, a text, true or false"))
-            }
-        }
     }
 
     fn mesh(&self, table: MeshTable) -> Result<(Option<Source>, Vec<usize>)> {
@@ -436,6 +430,7 @@ impl Reader {
         let rtol = match (table.rtol, table.same) {
             (Some(rtol), _) => rtol,
             (None, Same::Discretisation) => 1e-10,
+            (None, Same::Problem) if table.atol > 0.0 => 0.0,
             (None, Same::Problem) if table.orders.l2.or(table.orders.h1).is_some() => f64::INFINITY,
             (None, Same::Problem) if table.exact_rtol.is_some() => f64::INFINITY,
             (None, Same::Problem) => {
@@ -443,7 +438,7 @@ impl Reader {
                     "nothing says how far apart the answers to one problem may be".to_owned();
                 return Err(refuse(
                     what,
-                    "give rtol, of the norm on the finest mesh, or orders",
+                    "give rtol, of the norm on the finest mesh, atol where that is 0, or orders",
                 ));
             }
         };
@@ -474,22 +469,17 @@ impl Reader {
                 "name one of [codes]",
             ));
         }
-        let formula = |given: Formula| match given {
-            Formula::Number(value) if !value.is_finite() => {
+        let formula = |given: Given| {
+            match given {
+            Given::Number(value) if !value.is_finite() => {
                 Err(refuse(format!("exact is {value}"), "give a finite number"))
             }
-            Formula::Number(value) => Ok(Expression::constant(value)),
-            Formula::Text(text) => {
-                let value = |name: &str| parameters.get(name).map(|value| format!("({value})"));
-                let text = fill(&text, value).map_err(|what| refuse(what, "name a parameter"))?;
-                Expression::parse(&text).map_err(|e| {
-                    let what = format!("exact, character {}: {} in `{text}`", e.column, e.what);
-                    refuse(
-                        what,
-                        "docs/reference/scenes.md lists what an expression may hold",
-                    )
-                })
-            }
+            Given::Number(value) => Ok(Formula::constant(value)),
+            Given::Text(text) => Formula::new(&text, parameters).map_err(|what| {
+                let remedy = "docs/reference/scenes.md lists what an expression may hold; parameters are written {NAME}";
+                refuse(what, remedy)
+            }),
+        }
         };
         let exact = table
             .exact
@@ -511,6 +501,7 @@ impl Reader {
             exact_rtol: table.exact_rtol,
             orders: [table.orders.l2, table.orders.h1],
             uncovered: table.uncovered,
+            times: table.times.unwrap_or_default(),
         })
     }
 }

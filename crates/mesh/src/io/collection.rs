@@ -24,14 +24,16 @@ pub(super) fn has_suffix(path: &Path, suffix: &str) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case(suffix))
 }
 
-/// The files that a `.pvd` names, by their times, ascending.
+/// The files that a `.pvd` names, by their times, ascending, and whether it states any time.
 ///
 /// # Errors
 /// A list that cannot be read, or whose times are no numbers.
-pub(super) fn by_time(path: &Path) -> Result<Vec<(f64, Vec<PathBuf>)>> {
+pub(super) fn by_time(path: &Path) -> Result<(Vec<(f64, Vec<PathBuf>)>, bool)> {
     let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
     let mut entries = Vec::new();
-    for (time, file) in entries_of(path, &bytes)? {
+    let listed = entries_of(path, &bytes)?;
+    let is_timed = listed.iter().any(|(time, _)| time.is_some());
+    for (time, file) in listed {
         // Without times, the order is all there is.
         let time = match time {
             None => entries.len() as f64,
@@ -56,7 +58,7 @@ pub(super) fn by_time(path: &Path) -> Result<Vec<(f64, Vec<PathBuf>)>> {
         }
     }
     times.iter_mut().for_each(|(_, files)| keep_once(files));
-    Ok(times)
+    Ok((times, is_timed))
 }
 
 /// The one file that a `.pvd` names.

@@ -82,9 +82,13 @@ impl Series {
             return Ok(of(times, Held::Files(files)));
         }
         if collection::is_pvd(path) {
-            let (times, files): (Vec<f64>, Vec<_>) = collection::by_time(path)?.into_iter().unzip();
-            if times.len() > 1 {
-                return Ok(of(times, Held::Files(files)));
+            let (listed, is_timed) = collection::by_time(path)?;
+            let (times, files): (Vec<f64>, Vec<_>) = listed.into_iter().unzip();
+            // The pieces of one time are read as one.
+            match &times[..] {
+                [_] if is_timed => return Ok(of(times, Held::Single)),
+                [] | [_] => {}
+                _ => return Ok(of(times, Held::Files(files))),
             }
         } else if !["csv", "sol", "pvtu", "vtu", "vtp", "vtk"]
             .iter()
@@ -325,7 +329,9 @@ mod tests {
         let mut parts = list(&(two + &entry("0.5", "c.vtu"))).unwrap();
         let error = parts.read(1, None).unwrap_err().to_string();
         assert!(error.contains("2 files are of the time 0.5"), "{error}");
-        assert_eq!(list(&entry("3", "a.vtu")).unwrap().times, [None]);
+        assert_eq!(list(&entry("3", "a.vtu")).unwrap().times, [Some(3.0)]);
+        let untimed = list("<DataSet file=\"a.vtu\"/>").unwrap();
+        assert_eq!(untimed.times, [None]);
         let error = list(&(entry("x", "a.vtu") + &entry("1", "b.vtu")))
             .unwrap_err()
             .to_string();

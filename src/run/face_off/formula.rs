@@ -1,0 +1,97 @@
+//! What a file gives as `exact`: an expression of a scene in which parameters are filled in and `t` is the time.
+
+use std::collections::BTreeMap;
+
+use crate::engine::fill;
+use faceoff_fem::scene::Expression;
+
+/// A formula in x, y, z, t.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Formula {
+    text: String,
+    /// Does it hang on the time?
+    pub has_time: bool,
+}
+
+impl Formula {
+    /// A formula that is one with these parameters; else what is wrong, in words.
+    pub(super) fn new(text: &str, parameters: &BTreeMap<String, String>) -> Result<Self, String> {
+        let mut formula = Formula {
+            text: text.to_owned(),
+            has_time: false,
+        };
+        let filled = formula.filled(parameters)?;
+        // Of one letter as well, so that columns stay.
+        let in_place = replaced(&filled, "x");
+        Expression::parse(&in_place).map_err(|e| {
+            let what = e.what.replace("use x, y, z,", "use x, y, z, t,");
+            format!("exact, character {}: {what} in `{filled}`", e.column)
+        })?;
+        formula.has_time = in_place != filled;
+        Ok(formula)
+    }
+
+    /// A constant.
+    pub(super) fn constant(value: f64) -> Self {
+        Formula {
+            text: format!("{value:?}"),
+            has_time: false,
+        }
+    }
+
+    fn filled(&self, parameters: &BTreeMap<String, String>) -> Result<String, String> {
+        let value = |name: &str| parameters.get(name).map(|value| format!("({value})"));
+        fill(&self.text, value)
+    }
+
+    /// At a time, with the parameters of a level.
+    ///
+    /// # Errors
+    /// In words: parameters that make it none.
+    pub fn at(&self, parameters: &BTreeMap<String, String>, t: f64) -> Result<Expression, String> {
+        let text = replaced(&self.filled(parameters)?, &format!("({t:?})"));
+        Expression::parse(&text).map_err(|e| format!("exact: {} in `{text}`", e.what))
+    }
+}
+
+/// With something else where the variable t is.
+fn replaced(text: &str, by: &str) -> String {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    let mut out = String::new();
+    let mut before = ' ';
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
+        match c == 't' && !is_word(before) && !rest.peek().is_some_and(|c| is_word(*c)) {
+            true => out += by,
+            false => out.push(c),
+        }
+        before = c;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_is_a_variable_and_its_letter_is_not_taken_elsewhere() {
+        let parameters = BTreeMap::from([("k".to_owned(), "2".to_owned())]);
+        let of = |text: &str| Formula::new(text, &parameters);
+        let f = of("exp(-{k}*t) + sqrt(x)*tan(0)").unwrap();
+        assert!(f.has_time);
+        let value = f.at(&parameters, 0.5).unwrap().value([4.0, 0.0, 0.0]);
+        assert!((value - ((-1.0_f64).exp() + 2.0)).abs() < 1e-15);
+        assert_eq!(
+            f.at(&parameters, -1e-7).unwrap().value([0.0; 3]),
+            2e-7_f64.exp()
+        );
+        assert!(!of("sqrt(x) + tan(y)").unwrap().has_time);
+        let wrong = of("exp(-t*q)").unwrap_err();
+        assert!(
+            wrong.contains("character 8") && wrong.contains("z, t, pi"),
+            "{wrong}"
+        );
+        assert!(of("{m}*t").is_err());
+    }
+}
