@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 pub use diagnosis::{Diagnosis, Moved};
 
 use super::convergence::Convergence;
+use super::limit::Limit;
 use crate::engine::{How, Left, Progress, Task};
 use crate::run::{Code, FaceOff, Record, Same, Store};
 use faceoff_judge::{ComparedField, Comparison, Verdict};
@@ -130,6 +131,8 @@ pub struct OfOrder {
     pub theory: [Option<f64>; 2],
     /// None where theory is not asked.
     pub verdict: Option<Verdict>,
+    /// What is left in the limit, in L² and H¹, where theory is asked.
+    pub limits: [Option<Limit>; 2],
     /// What was observed.
     #[serde(flatten)]
     pub found: Convergence,

@@ -1,6 +1,7 @@
 //! Observed orders of a field, of each code's error or of two codes' difference.
 
 use super::{OfOrder, OfPair, Player, pairs};
+use crate::campaigns::limit::{Found, Limit};
 use crate::campaigns::convergence::{Against, Convergence, Level, Order, convergence};
 use crate::run::{Asked, FaceOff, Same};
 use faceoff_judge::{Norms, Size, Verdict};
@@ -87,6 +88,7 @@ fn judged(asked: &Asked, file: &FaceOff, of: String, found: Convergence) -> OfOr
         .iter()
         .zip(pairs)
         .filter_map(|(theory, fit)| Some(((*theory)?, fit)));
+    let limits = limits(asked, &found);
     let verdicts = asked_for.map(|(theory, fit)| match fit {
         Some(fit) if fit >= theory - LOWER => Verdict::Agree,
         Some(_) => Verdict::Disagree,
@@ -96,7 +98,35 @@ fn judged(asked: &Asked, file: &FaceOff, of: String, found: Convergence) -> OfOr
         of,
         n: file.levels(),
         theory: asked.orders,
-        verdict: verdicts.max(),
+        verdict: verdicts.chain(limits.iter().flatten().map(verdict)).max(),
+        limits,
         found,
+    }
+}
+
+/// What the errors or differences fall to, in each norm with an order of theory. A tolerance is of two codes in L²: for the error
+/// of one code, and in H¹, the bound is that of the limit.
+fn limits(asked: &Asked, found: &Convergence) -> [Option<Limit>; 2] {
+    let of_codes = found.against == "code";
+    let rtol = Some(asked.rtol).filter(|rtol| of_codes && rtol.is_finite());
+    let limit = |theory: Option<f64>, pick: fn(&Norms) -> Option<(f64, f64)>, rtol: Option<f64>| {
+        let norms = found.levels.iter().map(|l| Some((l.h, pick(l.norms.as_ref()?)?)));
+        let norms = norms.collect::<Option<Vec<_>>>()?;
+        let scale = norms.last()?.1.1;
+        let levels: Vec<(f64, f64)> = norms.into_iter().map(|(h, (norm, _))| (h, norm)).collect();
+        Limit::new(&levels, theory?, scale, rtol, !of_codes)
+    };
+    let [l2, h1] = asked.orders;
+    [
+        limit(l2, |n| Some((n.l2, n.l2_scale)), rtol),
+        limit(h1, |n| n.h1.zip(n.h1_scale), None),
+    ]
+}
+
+fn verdict(limit: &Limit) -> Verdict {
+    match limit.found {
+        Found::Zero => Verdict::Agree,
+        Found::Apart => Verdict::Disagree,
+        Found::Unknown => Verdict::Undetermined,
     }
 }
