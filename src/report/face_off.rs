@@ -7,6 +7,7 @@ use super::verify::{why, worst};
 use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf,
 };
+use crate::campaigns::limit::Found;
 use crate::run::Same;
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
@@ -66,6 +67,9 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
                 .map(|n| &*n.number),
         )
         .collect();
+    if let Some(odd) = of.fields.iter().find_map(OfField::odd_one) {
+        return odd;
+    }
     let low = of
         .fields
         .iter()
@@ -78,8 +82,12 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
             codes.dedup();
             format!("{} **{word}** on {}", codes.join(", "), of.name)
         }
-        ([_], Some(order)) => format!(
+        ([_], Some(order)) if is_low(order) => format!(
             "**{}**: the order of {} is too low",
+            order.of, order.found.field
+        ),
+        ([_], Some(order)) => format!(
+            "**{}**: {} does not converge",
             order.of, order.found.field
         ),
         ([one], None) => format!("**{one}** differs"),
@@ -150,7 +158,33 @@ fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
     })
 }
 
+/// Is an order lower than that of theory? Else the limit is not zero.
+fn is_low(of: &OfOrder) -> bool {
+    of.limits
+        .iter()
+        .flatten()
+        .all(|limit| limit.found != Found::Apart)
+}
+
+/// What is wrong with an order, and what is left in the limit.
 fn order_words(of: &OfOrder) -> Option<String> {
+    let limits = ["L²", "H¹"].iter().zip(of.limits);
+    let limits = limits.filter_map(|(norm, limit)| {
+        let limit = limit.filter(|limit| limit.found != Found::Zero)?;
+        let what = match of.found.against {
+            "code" => "difference",
+            _ => "error",
+        };
+        let (field, words) = (&of.found.field, limit.words());
+        Some(format!("The {what} in `{field}` of {} in {norm} {words}.", of.of))
+    });
+    let limits = limits.collect::<Vec<_>>();
+    let low = low_words(of);
+    let all = low.into_iter().chain(limits).collect::<Vec<_>>().join(" ");
+    Some(all).filter(|all| !all.is_empty())
+}
+
+fn low_words(of: &OfOrder) -> Option<String> {
     if of.verdict != Some(Verdict::Disagree) {
         return None;
     }
@@ -203,7 +237,7 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     let is_wrong = |order: &&OfOrder| order.verdict == Some(Verdict::Disagree);
     if let Some(order) = of.fields.iter().flat_map(|f| &f.orders).find(is_wrong) {
         steps.push(Todo::new(
-            format!("A low order is of a wrong form, wrong data or a wrong element of {}: refine further, and take parts of the form away one by one.", order.of),
+            format!("{} falls short of theory: refine further; if it stays so, look for a constant, a condition, the form, data or the element that is another.", order.of),
             none,
         ));
     } else if of.fields.iter().any(|f| f.verdict == Verdict::Disagree) {
@@ -278,20 +312,22 @@ fn orders_table(of: &OfField) -> Table {
             .found
             .h1
             .as_ref()
-            .map(|h1| (order, "H¹", order.theory[1], h1));
-        [(order, "L²", order.theory[0], &order.found.l2)]
+            .map(|h1| (order, "H¹", 1, h1));
+        [(order, "L²", 0, &order.found.l2)]
             .into_iter()
             .chain(h1)
     });
     let caption = format!("Observed orders of `{}`", of.field);
-    table!(caption, rows, |(order, norm, theory, found)|
+    let limit = |order: &OfOrder, k: usize| order.limits[k].map(|limit| limit.words());
+    table!(caption, rows, |(order, norm, k, found)|
         "of" => &order.of,
         "norm" => norm,
         "against" => order.found.against,
         "between meshes" => joined(found.steps.iter().map(|o| format!("{o:.2}")), " "),
         "fit" => found.fit.map(|fit| Cell::fixed(fit.exponent, 2)),
-        "theory" => theory.map(|theory| number(theory, 2)),
-        "verdict" => order.verdict.filter(|_| theory.is_some()),
+        "theory" => order.theory[k].map(|theory| number(theory, 2)),
+        "verdict" => order.verdict.filter(|_| order.theory[k].is_some()),
+        "limit" => limit(order, k),
     )
 }
 

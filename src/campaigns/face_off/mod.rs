@@ -1,5 +1,6 @@
 //! Any problem: codes of one's own on one mesh or on their own, field by field and number by number.
 
+mod cause;
 mod diagnosis;
 mod fields;
 mod numbers;
@@ -12,6 +13,7 @@ use std::time::Duration;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+pub use cause::{Cause, Finding};
 pub use diagnosis::{Diagnosis, Moved};
 
 use super::convergence::Convergence;
