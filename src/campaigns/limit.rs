@@ -128,7 +128,8 @@ impl Limit {
                 part(low.max(0.0)),
                 part(high.max(-low))
             ),
-            _ => "cannot be told to converge to 0 on so few meshes: three at least show it".to_owned(),
+            _ => "cannot be told to converge to 0 on so few meshes: three at least show it"
+                .to_owned(),
         }
     }
 }
@@ -220,7 +221,9 @@ mod tests {
     fn random(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;
         move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1u64 << 53) as f64
         }
     }
@@ -281,7 +284,8 @@ mod tests {
     #[test]
     fn no_limit_above_the_bound_is_called_zero() {
         let mut random = random(7);
-        let (mut missed, mut passed_before, mut zero, mut apart_of_right, mut apart) = (0, 0, 0, 0, 0);
+        let (mut missed, mut passed_before, mut zero, mut apart_of_right, mut apart) =
+            (0, 0, 0, 0, 0);
         let draws = 4000;
         for draw in 0..draws {
             let p = [1.0, 2.0, 3.0][draw % 3];

@@ -86,10 +86,10 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
             "**{}**: the order of {} is too low",
             order.of, order.found.field
         ),
-        ([_], Some(order)) => format!(
-            "**{}**: {} does not converge",
-            order.of, order.found.field
-        ),
+        ([_], Some(order)) => format!("**{}**: {} does not converge", order.of, order.found.field),
+        ([one], None) if is_untold(of) => {
+            format!("**{one}** cannot be told to converge on these meshes")
+        }
         ([one], None) => format!("**{one}** differs"),
         (several, _) => format!("**{}** differ", several.join(", ")),
     }
@@ -158,6 +158,18 @@ fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
     })
 }
 
+/// Is nothing wrong but that orders leave open what is left in the limit?
+fn is_untold(of: &FaceOffOutcome) -> bool {
+    let mut orders = of.fields.iter().flat_map(|f| &f.orders);
+    of.verdict == Verdict::Undetermined
+        && orders.any(|order| order.verdict == Some(Verdict::Undetermined))
+        && of
+            .fields
+            .iter()
+            .flat_map(|f| &f.pairs)
+            .all(|pair| pair.compared.field.reason.is_none())
+}
+
 /// Is an order lower than that of theory? Else the limit is not zero.
 fn is_low(of: &OfOrder) -> bool {
     of.limits
@@ -176,7 +188,10 @@ fn order_words(of: &OfOrder) -> Option<String> {
             _ => "error",
         };
         let (field, words) = (&of.found.field, limit.words());
-        Some(format!("The {what} in `{field}` of {} in {norm} {words}.", of.of))
+        Some(format!(
+            "The {what} in `{field}` of {} in {norm} {words}.",
+            of.of
+        ))
     });
     let limits = limits.collect::<Vec<_>>();
     let low = low_words(of);
@@ -308,14 +323,8 @@ fn pairs_table(of: &OfField) -> Table {
 
 fn orders_table(of: &OfField) -> Table {
     let rows = of.orders.iter().flat_map(|order| {
-        let h1 = order
-            .found
-            .h1
-            .as_ref()
-            .map(|h1| (order, "H¹", 1, h1));
-        [(order, "L²", 0, &order.found.l2)]
-            .into_iter()
-            .chain(h1)
+        let h1 = order.found.h1.as_ref().map(|h1| (order, "H¹", 1, h1));
+        [(order, "L²", 0, &order.found.l2)].into_iter().chain(h1)
     });
     let caption = format!("Observed orders of `{}`", of.field);
     let limit = |order: &OfOrder, k: usize| order.limits[k].map(|limit| limit.words());

@@ -131,13 +131,7 @@ pub(super) fn odd_words(code: &str, agree: &[String]) -> String {
     format!("{} agree; {code} differs", agree.join(" and "))
 }
 
-fn finding(
-    of: &str,
-    same: Same,
-    pair: &Pair,
-    moved: &[Moved],
-    rounding: &'static str,
-) -> Finding {
+fn finding(of: &str, same: Same, pair: &Pair, moved: &[Moved], rounding: &'static str) -> Finding {
     let (a, b, apart) = (pair.a, pair.b, pair.apart);
     let most = |code: &str, is_rounding: bool| {
         let of_code = moved.iter().filter(|m| m.code == code && m.of == of);
@@ -175,7 +169,9 @@ fn finding(
         ),
         _ => (
             Cause::Unexplained,
-            format!("nothing that was changed explains why {a} and {b} differ by {apart:.1e} of it"),
+            format!(
+                "nothing that was changed explains why {a} and {b} differ by {apart:.1e} of it"
+            ),
         ),
     };
     Finding {
@@ -220,10 +216,19 @@ mod tests {
     }
 
     fn of(same: Same, pairs: &[(&str, &str, f64, bool)], moved: &[Moved]) -> Vec<Cause> {
-        let pair = |&(a, b, apart, agrees): &(_, _, f64, bool)| Pair { a, b, apart, agrees };
+        let pair = |&(a, b, apart, agrees): &(_, _, f64, bool)| Pair {
+            a,
+            b,
+            apart,
+            agrees,
+        };
         let pairs: Vec<Pair> = pairs.iter().map(pair).collect();
         let found = findings("u", same, &pairs, moved, ROUNDING);
-        assert!(found.iter().all(|f| !f.words.contains("different problems")));
+        assert!(
+            found
+                .iter()
+                .all(|f| !f.words.contains("different problems"))
+        );
         found.into_iter().map(|f| f.cause).collect()
     }
 
@@ -232,7 +237,11 @@ mod tests {
     fn codes_that_agree_are_not_accused() {
         let moves = [moved("a", CELLS, 4.3e-16)];
         assert!(of(Same::Discretisation, &[("a", "b", 4.3e-16, true)], &moves).is_empty());
-        let three = [("a", "b", 4e-13, true), ("a", "c", 1e-2, false), ("b", "c", 1e-2, false)];
+        let three = [
+            ("a", "b", 4e-13, true),
+            ("a", "c", 1e-2, false),
+            ("b", "c", 1e-2, false),
+        ];
         let found = of(Same::Discretisation, &three, &[]);
         let odd = Cause::Odd {
             code: "c".into(),
@@ -262,9 +271,20 @@ mod tests {
 
     #[test]
     fn of_several_faults_none_is_the_odd_one() {
-        let pairs = [("a", "b", 1e-2, false), ("a", "c", 1e-2, false), ("b", "c", 1e-2, false)];
-        assert_eq!(of(Same::Problem, &pairs, &[]), vec![Cause::Discretisation; 3]);
-        let only_one = [("a", "b", 0.0, true), ("a", "c", 0.0, true), ("b", "c", 1e-2, false)];
+        let pairs = [
+            ("a", "b", 1e-2, false),
+            ("a", "c", 1e-2, false),
+            ("b", "c", 1e-2, false),
+        ];
+        assert_eq!(
+            of(Same::Problem, &pairs, &[]),
+            vec![Cause::Discretisation; 3]
+        );
+        let only_one = [
+            ("a", "b", 0.0, true),
+            ("a", "c", 0.0, true),
+            ("b", "c", 1e-2, false),
+        ];
         assert_eq!(of(Same::Problem, &only_one, &[]).len(), 1);
         let recorded = [("a", "b", 1e-2, false), ("a", "c", 1e-2, false)];
         assert_eq!(of(Same::Problem, &recorded, &[]).len(), 2);

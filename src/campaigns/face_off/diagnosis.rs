@@ -249,7 +249,13 @@ fn findings(
     let mut found = Vec::new();
     for field in fields {
         let pairs = cause::of_field(field, n);
-        found.extend(cause::findings(&field.field, field.same, &pairs, moved, rounding));
+        found.extend(cause::findings(
+            &field.field,
+            field.same,
+            &pairs,
+            moved,
+            rounding,
+        ));
     }
     for (asked, number) in of.numbers.iter().zip(numbers) {
         let rows = number.rows.iter().filter(|r| r.n == n);
@@ -268,7 +274,13 @@ fn findings(
                     agrees: far <= (asked.rtol * scale).max(asked.atol) || asked.rtol.is_infinite(),
                 });
             }
-            found.extend(cause::findings(&asked.name, asked.same, &pairs_of, moved, rounding));
+            found.extend(cause::findings(
+                &asked.name,
+                asked.same,
+                &pairs_of,
+                moved,
+                rounding,
+            ));
         }
     }
     found

@@ -1,8 +1,8 @@
 //! Observed orders of a field, of each code's error or of two codes' difference.
 
 use super::{OfOrder, OfPair, Player, pairs};
-use crate::campaigns::limit::{Found, Limit};
 use crate::campaigns::convergence::{Against, Convergence, Level, Order, convergence};
+use crate::campaigns::limit::{Found, Limit};
 use crate::run::{Asked, FaceOff, Same};
 use faceoff_judge::{Norms, Size, Verdict};
 use faceoff_mesh::error::Result;
@@ -110,7 +110,10 @@ fn limits(asked: &Asked, found: &Convergence) -> [Option<Limit>; 2] {
     let of_codes = found.against == "code";
     let rtol = Some(asked.rtol).filter(|rtol| of_codes && rtol.is_finite());
     let limit = |theory: Option<f64>, pick: fn(&Norms) -> Option<(f64, f64)>, rtol: Option<f64>| {
-        let norms = found.levels.iter().map(|l| Some((l.h, pick(l.norms.as_ref()?)?)));
+        let norms = found
+            .levels
+            .iter()
+            .map(|l| Some((l.h, pick(l.norms.as_ref()?)?)));
         let norms = norms.collect::<Option<Vec<_>>>()?;
         let scale = norms.last()?.1.1;
         let levels: Vec<(f64, f64)> = norms.into_iter().map(|(h, (norm, _))| (h, norm)).collect();
