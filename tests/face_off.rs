@@ -692,3 +692,41 @@ fn engines_stand_beside_scripts() {
         "has no boundary group",
     );
 }
+
+/// A code that writes one number on each level, by a formula of Python in n.
+fn counting(name: &str, formula: &str) -> String {
+    format!(
+        "[codes.{name}]\ncommand = [\"/usr/bin/python3\", \"-c\", \"import sys; n = int(sys.argv[1]); open(sys.argv[2] + '/n.csv', \
+         'w').write('d,%r\\\\nsame,1.0' % ({formula}))\", \"{{n}}\", \"{{out}}\"]\nnumbers = \"n.csv\"\n"
+    )
+}
+
+/// Of three codes the one that differs is named, and not the two that agree; nobody is said to solve another problem.
+#[test]
+fn the_odd_one_is_named_and_no_other() {
+    let folder = folder();
+    let at = folder.path();
+    let text = format!(
+        "name = \"z\"\n[mesh]\ngenerator = \"union-jack\"\nn = [1]\n{}{}{}[numbers.d]\nsame = \"discretisation\"\nrtol = 1e-9\n\
+         [numbers.same]\nsame = \"discretisation\"\n",
+        counting("a", "1.0"),
+        counting("b", "1.0 + 4e-13"),
+        counting("c", "1.01")
+    );
+    write(at, "z.toml", &text);
+    let (ran, told) = verify(at, "z.toml", &["--diagnose"]);
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    let outcomes = told["diagnosis"]["outcomes"].as_array().unwrap();
+    let kinds: Vec<&str> = outcomes
+        .iter()
+        .map(|o| o["outcome"].as_str().unwrap())
+        .collect();
+    assert_eq!(kinds, ["odd", "unexplained", "unexplained"], "{outcomes:?}");
+    assert_eq!(outcomes[0]["code"], "c");
+    assert!(
+        ran.stderr.contains("`d`: a and b agree; c differs"),
+        "{}",
+        ran.stderr
+    );
+    assert!(!ran.stderr.contains("different problems"), "{}", ran.stderr);
+}

@@ -3,6 +3,7 @@
 pub mod conformance;
 pub mod convergence;
 pub mod face_off;
+pub mod limit;
 pub mod matrix;
 pub mod orders;
 pub mod paper;

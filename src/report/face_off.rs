@@ -8,6 +8,7 @@ use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf, short,
     worst as worst_time,
 };
+use crate::campaigns::limit::Found;
 use crate::run::{Judged, Same};
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
@@ -108,6 +109,9 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
                 .map(|n| &*n.number),
         )
         .collect();
+    if let Some(odd) = of.fields.iter().find_map(OfField::odd_one) {
+        return odd;
+    }
     // A code whose order is wrong where another's is right, before what differs as a consequence.
     if let Some(order) = odd_order(of) {
         let observed = observed(order);
@@ -123,6 +127,9 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
         }
         ([_], Some(order)) if !has_differing_pair(of) => {
             format!("**{}** {}", order.found.field, observed(order))
+        }
+        ([one], _) if is_untold(of) => {
+            format!("**{one}** cannot be told to converge on these meshes")
         }
         ([one], _) if of.verdict == Verdict::Undetermined => {
             format!("**{one}** cannot be judged")
@@ -154,28 +161,32 @@ fn odd_order(of: &FaceOffOutcome) -> Option<&OfOrder> {
     orders.find(|o| o.verdict == Some(Verdict::Disagree))
 }
 
-/// What was seen of an order that is too low.
+/// What was seen of an order that is too low, or of what does not fall to 0.
 fn observed(of: &OfOrder) -> String {
-    let orders = [Some(&of.found.l2), of.found.h1.as_ref()];
-    let norms = ["L²", "H¹"]
-        .into_iter()
-        .zip(orders)
-        .zip(of.theory)
-        .zip(of.verdicts);
-    let told = norms.filter_map(|(((norm, order), theory), verdict)| {
-        let fit = order?.fit?.exponent;
-        let is_low = verdict == Some(Verdict::Disagree);
-        is_low.then_some(format!(
-            "{} in {norm} instead of {}",
-            number(fit, 3),
-            theory?
-        ))
+    let limits = ["L²", "H¹"].into_iter().zip(of.limits);
+    let apart = limits.filter_map(|(norm, limit)| {
+        let limit = limit.filter(|limit| limit.found == Found::Apart)?;
+        Some(format!("{} in {norm}", limit.words()))
     });
+    joined(low(of).into_iter().chain(apart), " and ")
+}
+
+/// The norms whose order is too low; where the limit is known not to be 0, the order says less.
+fn low(of: &OfOrder) -> Option<String> {
+    let orders = [Some(&of.found.l2), of.found.h1.as_ref()];
+    let told = (0..2).filter_map(|k| {
+        let is_apart = of.limits[k].is_some_and(|limit| limit.found == Found::Apart);
+        let is_low = of.verdicts[k] == Some(Verdict::Disagree) && !is_apart;
+        let (fit, theory) = (orders[k]?.fit?.exponent, of.theory[k]?);
+        let norm = ["L²", "H¹"][k];
+        is_low.then(|| format!("{} in {norm} instead of {theory}", number(fit, 3)))
+    });
+    let told: Vec<String> = told.collect();
     let axis = match &*of.axis {
         "h" => String::new(),
         other => format!(" in {other}"),
     };
-    format!("has order {}{axis}", joined(told, " and "))
+    (!told.is_empty()).then(|| format!("has order {}{axis}", told.join(" and ")))
 }
 
 fn lede(of: &FaceOffOutcome) -> String {
@@ -240,12 +251,37 @@ fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
     })
 }
 
+/// Is nothing wrong but that orders leave open what is left in the limit?
+fn is_untold(of: &FaceOffOutcome) -> bool {
+    let mut orders = of.fields.iter().flat_map(|f| &f.orders);
+    of.verdict == Verdict::Undetermined
+        && orders.any(|order| order.verdict == Some(Verdict::Undetermined))
+        && of
+            .fields
+            .iter()
+            .flat_map(|f| &f.pairs)
+            .all(|pair| pair.compared.field.reason.is_none())
+}
+
+/// What is wrong with an order, and what is left in the limit.
 fn order_words(of: &OfOrder) -> Option<String> {
-    if of.verdict != Some(Verdict::Disagree) {
-        return None;
-    }
-    let told = observed(of);
-    Some(format!("`{}` of {} {told}.", of.found.field, of.of))
+    let limits = ["L²", "H¹"].iter().zip(of.limits);
+    let limits = limits.filter_map(|(norm, limit)| {
+        let limit = limit.filter(|limit| limit.found != Found::Zero)?;
+        let what = match of.found.against {
+            "code" => "difference",
+            _ => "error",
+        };
+        let (field, words) = (&of.found.field, limit.words());
+        Some(format!(
+            "The {what} in `{field}` of {} in {norm} {words}.",
+            of.of
+        ))
+    });
+    let limits = limits.collect::<Vec<_>>();
+    let low = low(of).map(|low| format!("`{}` of {} {low}.", of.found.field, of.of));
+    let all = low.into_iter().chain(limits).collect::<Vec<_>>().join(" ");
+    Some(all).filter(|all| !all.is_empty())
 }
 
 /// The map of the pair that is farthest from agreement.
@@ -375,6 +411,7 @@ fn orders_table(of: &OfField) -> Table {
         of.field,
         times.unwrap_or_default()
     );
+    let limit = |order: &OfOrder, k: usize| order.limits[k].map(|limit| limit.words());
     table!(caption, rows, |(order, norm, k, found)|
         "of" => &order.of,
         "norm" => norm,
@@ -384,6 +421,7 @@ fn orders_table(of: &OfField) -> Table {
         "fit" => found.fit.map(|fit| Cell::fixed(fit.exponent, 2)),
         "theory" => order.theory[k].map(|theory| number(theory, 2)),
         "verdict" => order.verdicts[k],
+        "limit" => limit(order, k),
     )
 }
 

@@ -1,19 +1,17 @@
 //! What moves a code's answer that should not: the same once more, the order of cells and of vertices, threads, and parameters
-//! that are changed by one unit of rounding. A code that moves as far as the codes are apart has its fault there; a problem that
-//! does so in all of them is decided by rounding.
+//! that are changed by a few units of rounding. What follows from it is in `cause`.
 
 use serde::Serialize;
 
-use super::fields::{Side, over_times, worst};
-use super::{OfField, OfNumber, OfPair, Player, Rung, Running, pairs, run_how};
+use super::cause::{self, Finding, Pair};
+use super::fields::{Side, over_times};
+use super::{OfField, OfNumber, Player, Rung, Running, pairs, run_how};
 use crate::engine::{How, Left, Progress, Task};
 use crate::run::{Asked, FaceOff, Same, reverse_cells, reverse_points};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Mesh;
 
-/// What moves an answer by this part of a difference accounts for it.
-const ACCOUNTS: f64 = 0.1;
 /// Parameters are changed by so many units in the last place: more than the writing of a number loses.
 const ULPS: u64 = 4;
 
@@ -26,6 +24,8 @@ pub struct Diagnosis {
     pub moved: Vec<Moved>,
     /// What it says of the differences, in sentences.
     pub findings: Vec<String>,
+    /// The same, by their kind.
+    pub outcomes: Vec<Finding>,
 }
 
 /// How far a code's field or number moved.
@@ -132,11 +132,12 @@ pub(super) fn diagnose(
             }
         }
     }
-    let findings = findings(&rung.level.label, players, fields, numbers, &moved);
+    let outcomes = findings(of, &rung.level.label, players, fields, numbers, &moved);
     Ok(Diagnosis {
         n: rung.level.n,
         moved,
-        findings,
+        findings: outcomes.iter().map(|found| found.words.clone()).collect(),
+        outcomes,
     })
 }
 
@@ -240,70 +241,52 @@ fn number_moved(
     }
 }
 
-/// Of each field and number, and each two codes that differ in it: which of the two moves as far.
+/// Of each field and number: what explains where codes differ by more than its tolerance.
 fn findings(
+    of: &FaceOff,
     level: &str,
     players: &[Player],
     fields: &[OfField],
     numbers: &[OfNumber],
     moved: &[Moved],
-) -> Vec<String> {
-    let mut told = Vec::new();
+) -> Vec<Finding> {
+    let rounding = Change::Rounding.words();
+    let mut found = Vec::new();
     for field in fields {
-        let of_level = |p: &&OfPair| p.judged && p.level == level;
-        for (a, b) in pairs(players) {
-            let names = [&players[a].name, &players[b].name];
-            let of_pair = field.pairs.iter().filter(of_level);
-            let at = worst(of_pair.filter(|p| [&p.a, &p.b] == names));
-            let Some(pair) = at.filter(|p| p.compared.field.verdict == Verdict::Disagree) else {
-                continue;
-            };
-            let apart = pair.compared.field.max_rel;
-            told.push(finding(&field.field, [&pair.a, &pair.b], apart, moved));
-        }
+        let pairs = cause::of_field(field, level);
+        found.extend(cause::findings(
+            &field.field,
+            field.same,
+            &pairs,
+            moved,
+            rounding,
+        ));
     }
-    for number in numbers {
+    for (asked, number) in of.numbers.iter().zip(numbers) {
         let rows = number.rows.iter().filter(|r| r.level == level);
         for row in rows.filter(|r| r.verdict == Verdict::Disagree) {
+            let mut pairs_of = Vec::new();
             for (a, b) in pairs(players) {
                 let names = [&*players[a].name, &*players[b].name];
-                let [Some(a), Some(b)] = names.map(|name| row.values.get(name)) else {
+                let [Some(x), Some(y)] = names.map(|name| row.values.get(name)) else {
                     continue;
                 };
-                let apart = (a - b).abs() / a.abs().max(b.abs());
-                if apart > 0.0 {
-                    told.push(finding(&number.number, names, apart, moved));
-                }
+                let (far, scale) = ((x - y).abs(), x.abs().max(y.abs()));
+                pairs_of.push(Pair {
+                    a: names[0],
+                    b: names[1],
+                    apart: if far > 0.0 { far / scale } else { 0.0 },
+                    agrees: far <= (asked.rtol * scale).max(asked.atol) || asked.rtol.is_infinite(),
+                });
             }
+            found.extend(cause::findings(
+                &asked.name,
+                asked.same,
+                &pairs_of,
+                moved,
+                rounding,
+            ));
         }
     }
-    told
-}
-
-fn finding(name: &str, [a, b]: [&str; 2], apart: f64, moved: &[Moved]) -> String {
-    let moves = |code: &str| {
-        let of_code = moved.iter().filter(|m| m.code == code && m.of == name);
-        let most = of_code.filter_map(|m| Some((m.relative?, m.change)));
-        let most = most.max_by(|a, b| a.0.total_cmp(&b.0));
-        most.filter(|(relative, _)| *relative >= ACCOUNTS * apart)
-    };
-    match (moves(a), moves(b)) {
-        (Some((by, change)), Some(_)) if change == Change::Rounding.words() => format!(
-            "`{name}`: {a} and {b} both move as far as they are apart ({by:.1e} of it) with {change}: the problem is so conditioned that rounding decides"
-        ),
-        (Some((by, change)), None) => moves_alone(name, a, by, change),
-        (None, Some((by, change))) => moves_alone(name, b, by, change),
-        (Some((by, change)), Some((by_b, change_b))) => format!(
-            "`{name}`: {a} moves by {by:.1e} of it with {change}, {b} by {by_b:.1e} with {change_b}, as far as they are apart"
-        ),
-        (None, None) => format!(
-            "`{name}`: nothing that was changed moves {a} or {b} as far as they are apart ({apart:.1e} of it): they solve different problems"
-        ),
-    }
-}
-
-fn moves_alone(field: &str, code: &str, by: f64, change: &str) -> String {
-    format!(
-        "`{field}`: {code} moves by {by:.1e} of it with {change}, as far as the codes are apart, and should not: its fault is there"
-    )
+    found
 }

@@ -1,5 +1,6 @@
 //! Any problem: codes of one's own on one mesh or on their own, field by field and number by number.
 
+mod cause;
 mod diagnosis;
 mod fields;
 mod numbers;
@@ -13,11 +14,13 @@ use std::time::Duration;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+pub use cause::{Cause, Finding};
 pub use diagnosis::{Diagnosis, Moved};
 pub use fields::worst;
 pub use times::short;
 
 use super::convergence::Convergence;
+use super::limit::Limit;
 use crate::engine::{How, Left, Progress, Task};
 use crate::run::{Code, FaceOff, Judged, Level, Record, Same, Store};
 use faceoff_judge::{ComparedField, Comparison, Verdict};
@@ -150,6 +153,8 @@ pub struct OfOrder {
     pub verdict: Option<Verdict>,
     /// Of each norm.
     pub verdicts: [Option<Verdict>; 2],
+    /// What is left in the limit, in L² and H¹, where theory is asked.
+    pub limits: [Option<Limit>; 2],
     /// What was observed.
     #[serde(flatten)]
     pub found: Convergence,

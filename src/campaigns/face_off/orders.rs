@@ -2,6 +2,7 @@
 
 use super::OfOrder;
 use crate::campaigns::convergence::{Convergence, Level as Step, Order};
+use crate::campaigns::limit::{Found, Limit};
 use crate::run::{Asked, Level};
 use faceoff_judge::{Norms, Verdict};
 use faceoff_mesh::error::{Error, Result};
@@ -94,7 +95,11 @@ fn judged(
         })
     };
     let [l2, h1] = asked.orders;
-    let verdicts = [of_norm(l2, Some(&found.l2)), of_norm(h1, found.h1.as_ref())];
+    let limits = limits(asked, &found);
+    let mut verdicts = [of_norm(l2, Some(&found.l2)), of_norm(h1, found.h1.as_ref())];
+    for (of_norm, limit) in verdicts.iter_mut().zip(&limits) {
+        *of_norm = (*of_norm).max(limit.as_ref().map(verdict));
+    }
     OfOrder {
         of,
         n: levels.iter().map(|level| level.n).collect(),
@@ -102,6 +107,37 @@ fn judged(
         theory: asked.orders,
         verdict: verdicts.into_iter().flatten().max(),
         verdicts,
+        limits,
         found,
+    }
+}
+
+/// What the errors or differences fall to, in each norm with an order of theory. A tolerance is of two codes in L²: for the error
+/// of one code, and in H¹, the bound is that of the limit.
+fn limits(asked: &Asked, found: &Convergence) -> [Option<Limit>; 2] {
+    let of_codes = found.against == "code";
+    let rtol = Some(asked.rtol).filter(|rtol| of_codes && rtol.is_finite());
+    let limit = |theory: Option<f64>, pick: fn(&Norms) -> Option<(f64, f64)>, rtol: Option<f64>| {
+        let norms = found
+            .levels
+            .iter()
+            .map(|l| Some((l.h, pick(l.norms.as_ref()?)?)));
+        let norms = norms.collect::<Option<Vec<_>>>()?;
+        let scale = norms.last()?.1.1;
+        let levels: Vec<(f64, f64)> = norms.into_iter().map(|(h, (norm, _))| (h, norm)).collect();
+        Limit::new(&levels, theory?, scale, rtol, !of_codes)
+    };
+    let [l2, h1] = asked.orders;
+    [
+        limit(l2, |n| Some((n.l2, n.l2_scale)), rtol),
+        limit(h1, |n| n.h1.zip(n.h1_scale), None),
+    ]
+}
+
+fn verdict(limit: &Limit) -> Verdict {
+    match limit.found {
+        Found::Zero => Verdict::Agree,
+        Found::Apart => Verdict::Disagree,
+        Found::Unknown => Verdict::Undetermined,
     }
 }
