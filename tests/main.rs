@@ -13,6 +13,7 @@ mod engines;
 mod face_off;
 mod false_alarms;
 mod faults;
+mod hunt;
 mod judge;
 mod matrix;
 mod mesh_faults;

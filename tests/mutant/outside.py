@@ -177,7 +177,8 @@ def test_recorded_right(faceoff_regression):
 def python():
     """An interpreter that has the package."""
     for path in (os.environ.get("FACEOFF_FEM_PYTHON"), SOURCE / "target/python/of-others/bin/python3"):
-        if path and subprocess.run([path, "-c", "import faceoff_fem, pytest"], capture_output=True, check=False).returncode == 0:
+        command = [path, "-c", "import faceoff_fem, pytest"]
+        if path and Path(path).exists() and subprocess.run(command, capture_output=True, check=False).returncode == 0:
             return path
     return None
 
