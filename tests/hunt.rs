@@ -226,9 +226,9 @@ fn the_line_that_freefem_names_is_quoted() {
     );
 }
 
-/// Where a code gave no answer that counts, nothing holds.
+/// Where a code gave no answer that counts, nothing holds; a claim to have converged counts as much as its residual.
 #[test]
-fn stress_of_a_code_that_answers_nan_is_no_pass() {
+fn stress_and_study_of_a_code_that_lies_are_no_pass() {
     let folder = folder();
     let at = folder.path();
     let script = "import json, os, pathlib, struct\njob = json.loads(pathlib.Path('job.json').read_text())\ncases = []\n\
@@ -253,4 +253,19 @@ fn stress_of_a_code_that_answers_nan_is_no_pass() {
     ];
     let ran = run(at, &[&words[..], &["nan.toml"]].concat());
     assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
+    write(at, "nan.py", &script.replace("float('nan')", "0.5"));
+    let words = [
+        "study",
+        "one-zone",
+        "--budget",
+        "1s",
+        "--finest",
+        "4",
+        "--methods",
+        "cr",
+        "--engines",
+        "nan.toml",
+    ];
+    let ran = run(at, &words);
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
 }
