@@ -108,7 +108,9 @@ def everywhere(values, k, new):
 
 def choice(values, draw):
     k = draw.choice([k for k, v in enumerate(values) if v])
-    return k, draw.choice([j for j, v in enumerate(values) if v != values[k]]), max(map(abs, values))
+    big = max(map(abs, values))
+    # By symmetry some are alike but for rounding.
+    return k, draw.choice([j for j, v in enumerate(values) if abs(v - values[k]) > 1e-6 * big]), big
 
 
 def a_dof_by_little(values, draw):
