@@ -15,6 +15,7 @@ mod face_off_times;
 mod false_alarms;
 mod faults;
 mod given;
+mod hunt;
 mod judge;
 mod matrix;
 mod mesh_faults;

@@ -8,9 +8,9 @@ use super::progress::watched;
 use super::verify::settings;
 use super::{DISAGREE, DONE, FAILED, engines};
 use crate::campaigns::convergence::{Against, convergence};
-use crate::campaigns::orders::orders as observed;
+use crate::campaigns::orders::{Reach, orders as observed};
 use crate::campaigns::paper::{self, Example, PaperRequest, References};
-use crate::campaigns::stress::{self, StressRequest};
+use crate::campaigns::stress::{self, Behaviour, StressRequest};
 use crate::campaigns::study::{self, Followed, StudyRequest, Subject, Varied};
 use crate::engine::{self, Engine, Settings, meshio_python, quoted};
 use crate::report::console::note;
@@ -39,7 +39,9 @@ pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
     })?;
     deliver(&report::orders(&all)?, to)?;
     let converged = all.iter().all(|o| o.levels.iter().all(|l| l.converged));
-    Ok(if converged { DONE } else { DISAGREE })
+    let mut reached = all.iter().flat_map(|o| [o.h1_verdict, o.l2_verdict]);
+    let below = reached.any(|reach| reach == Some(Reach::Below));
+    Ok(if converged && !below { DONE } else { DISAGREE })
 }
 
 /// Of files, whatever code they are of.
@@ -213,6 +215,15 @@ pub(super) fn stress(arguments: &Stress, to: &Output) -> Result<u8> {
         stress::stress(&request, progress)
     })?;
     deliver(&report::stress(&outcome)?, to)?;
-    let wrong = outcome.entries.iter().any(|cell| cell.verdict.is_wrong());
-    Ok(if wrong { DISAGREE } else { DONE })
+    let mut verdicts = outcome.entries.iter().map(|cell| &cell.verdict);
+    if verdicts.clone().any(Behaviour::is_wrong) {
+        return Ok(DISAGREE);
+    }
+    // Where all was refused nothing was judged.
+    let is_refused = |verdict| matches!(verdict, &Behaviour::Refuses { .. });
+    Ok(if verdicts.all(is_refused) {
+        FAILED
+    } else {
+        DONE
+    })
 }

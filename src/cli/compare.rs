@@ -255,6 +255,13 @@ impl<'a> Request<'a> {
                 )
             })
         };
+        if let (Some(time), [None, None]) = (
+            self.arguments.time,
+            sides.each_ref().map(|side| side.times[0]),
+        ) {
+            let what = format!("time {time} was asked for, and neither result has a time");
+            return Err(Error::usage(what, "leave out --time"));
+        }
         if self.arguments.time.is_some() || last {
             let [i, j] = [asked(&sides[0])?, asked(&sides[1])?];
             if let (true, Some(s), Some(t)) = (last, sides[0].times[i], sides[1].times[j])

@@ -19,7 +19,7 @@ use faceoff_mesh::io;
 struct EngineState {
     engine: String,
     version: Option<String>,
-    /// What is to be said of a version that was not tested.
+    /// What is to be said of a version that was not tested, or that finds no plugins.
     doubt: Option<String>,
     problem: Option<String>,
 }
@@ -72,9 +72,15 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
     for name in engine::NAMES {
         let probed = engine::find(name)?.probe();
         let version = probed.as_ref().ok();
+        let doubt = version.and_then(|version| engine::doubt(name, version));
+        let lacks = match (name, version) {
+            ("freefem", Some(_)) => engine::lacks_plugins()?,
+            _ => None,
+        };
+        let remarks: Vec<String> = doubt.into_iter().chain(lacks).collect();
         states.push(EngineState {
             engine: name.to_owned(),
-            doubt: version.and_then(|version| engine::doubt(name, version)),
+            doubt: (!remarks.is_empty()).then(|| remarks.join("; ")),
             problem: probed.as_ref().err().map(ToString::to_string),
             version: probed.ok(),
         });

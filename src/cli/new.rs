@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::DONE;
 use super::args::{New, Template};
 use crate::report::console::{note, tell};
+use faceoff_mesh::CellKind;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io;
 use faceoff_mesh::mesh::Mesh;
@@ -95,6 +96,9 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
         return Err(Error::usage(what, "give another name, or remove it"));
     }
     let mesh = arguments.mesh.as_deref().map(own).transpose()?;
+    if let Some((name, mesh)) = &mesh {
+        of_triangles(name, mesh)?;
+    }
     let parent = match folder.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
         _ => PathBuf::from("."),
@@ -149,6 +153,24 @@ pub(super) fn own(path: &Path) -> Result<(String, Mesh)> {
     let mesh = io::open(path, crate::engine::meshio_python().as_deref())?.mesh;
     let name = path.file_name().unwrap_or_default();
     Ok((name.to_string_lossy().into_owned(), mesh))
+}
+
+/// What the scripts of all templates read.
+fn of_triangles(name: &str, mesh: &Mesh) -> Result<()> {
+    let dim = mesh.blocks.iter().map(|block| block.kind.dim()).max();
+    let cells = mesh.blocks.iter().map(|block| block.kind);
+    let other = cells.filter(|kind| Some(kind.dim()) == dim);
+    match other.into_iter().find(|kind| *kind != CellKind::Triangle) {
+        None => Ok(()),
+        Some(kind) => {
+            let what = format!(
+                "{name} has cells of kind {kind}, and the scripts of the templates read straight triangles: FreeFEM has no \
+                 quadrangles, and the equations are written for the plane"
+            );
+            let remedy = "give a mesh of triangles; or leave out --mesh, and name your mesh and codes that read it in the file";
+            Err(Error::usage(what, remedy))
+        }
+    }
 }
 
 /// Each group with its number and size.

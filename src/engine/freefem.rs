@@ -84,6 +84,49 @@ pub(super) fn probe(within: &Within) -> Result<String> {
     Ok(version)
 }
 
+/// Where Debian has FreeFEM's plugins, which its FreeFEM does not look into.
+const PLUGINS: [&str; 2] = ["FF_LOADPATH", "/usr/lib/freefem++;;"];
+
+/// What a command that runs FreeFEM needs to find plugins, where nobody has said where they are.
+pub(super) fn plugins(words: &[String]) -> Option<[&'static str; 2]> {
+    let runs = |word: &String| word.contains("FreeFem") || word.contains("ff-mpirun");
+    let [name, path] = PLUGINS;
+    let is_there = Path::new(path.trim_end_matches(';')).is_dir();
+    (words.iter().any(runs) && is_there && std::env::var_os(name).is_none()).then_some(PLUGINS)
+}
+
+/// What is to be said of a FreeFEM that finds no plugin, by loading one.
+///
+/// # Errors
+/// A folder that cannot be made.
+pub fn lacks_plugins() -> Result<Option<String>> {
+    let here = Within::default();
+    let Some(program) = program(&here) else {
+        return Ok(None);
+    };
+    let folder = file::Temporary::new()?;
+    let script = folder.path().join("load.edp");
+    fs::write(&script, "load \"msh3\"\n").map_err(Error::io(&script, "write"))?;
+    let loads = |variable: Option<[&str; 2]>| {
+        let mut command = Command::new(&program);
+        command
+            .args(["-ne", "-v", "0", "-nw", "load.edp"])
+            .envs(variable.map(|[name, path]| (name, path)));
+        version::told("freefem", &command, folder.path(), 60).is_ok()
+    };
+    if loads(None) {
+        return Ok(None);
+    }
+    let [name, path] = PLUGINS;
+    Ok(Some(if loads(Some(PLUGINS)) {
+        format!(
+            "`load` finds its plugins only with {name}=\"{path}\" in the environment; codes of a face-off get that unless it is set"
+        )
+    } else {
+        "`load` finds no plugins, as msh3: on Debian `apt-get install libfreefem++`, else put their folder into FF_LOADPATH".into()
+    }))
+}
+
 /// The version of Debian's package, if this is its program: 4.11 of 4.11+dfsg1-4.
 pub(super) fn package_version(within: &Within, folder: &Path) -> Option<String> {
     if within.is_here() && !program(within)?.starts_with("/usr/bin") {

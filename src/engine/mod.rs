@@ -29,6 +29,7 @@ use serde_json::{Value, json};
 
 pub use explain::Explanation;
 pub use file::{EngineFile, parsed};
+pub use freefem::lacks_plugins;
 pub use install::{Installation, install, meshio_python, plan};
 pub use job::{case_label, raw_values};
 pub use kept::{Kept, digest, first_difference, identity};

@@ -220,6 +220,8 @@ impl Script {
             .map_err(|what| refuse(what, "name a parameter, {mesh}, {out} or {n}"))?;
         let mut command = Command::new(&words[0]);
         command.args(&words[1..]).current_dir(&self.home);
+        let plugins = super::freefem::plugins(&words);
+        command.envs(plugins.map(|[name, path]| (name, path)));
         if let Some(threads) = how.threads {
             command.envs(THREADS.map(|name| (name, threads.to_string())));
         }
@@ -416,9 +418,11 @@ fn by_hand(home: &Path, words: &[String]) -> String {
             false => format!("'{}'", word.replace('\'', r"'\''")),
         }
     };
+    let plugins = super::freefem::plugins(words);
+    let plugins = plugins.map_or(String::new(), |[name, path]| format!("{name}='{path}' "));
     let words: Vec<String> = words.iter().map(quoted).collect();
     format!(
-        "cd {} && {}",
+        "cd {} && {plugins}{}",
         quoted(&home.display().to_string()),
         words.join(" ")
     )

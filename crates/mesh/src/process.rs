@@ -291,10 +291,14 @@ fn quote(log: &Path) -> String {
         .filter(|line| !line.trim_matches(['-', '^', '~']).is_empty())
         .filter(|line| !line.starts_with("progress "))
         .collect();
-    let errors: Vec<&str> = lines
-        .iter()
-        .filter_map(|line| line.strip_prefix("error "))
-        .collect();
+    let mut errors: Vec<&str> = Vec::new();
+    for (k, line) in lines.iter().enumerate() {
+        errors.extend(line.strip_prefix("error "));
+        // FreeFEM says where in a line of its own.
+        if k > 0 && lines[k - 1].starts_with("error ") && line.starts_with("line number") {
+            errors.push(line);
+        }
+    }
     let lines = if errors.is_empty() { lines } else { errors };
     if lines.is_empty() {
         return ", and it said nothing".into();

@@ -121,6 +121,7 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
             varied: setting.varied,
             n: setting.n,
             tolerance: setup.settings.stop.increment,
+            converged: row.converged && is_solved(row.residual, &setup.settings),
             certified: bound.filter(|bound| bound.is_finite()),
             seconds: Times::new(times),
             start_up: (!own).then(|| Times::new(start_ups).median),
@@ -128,6 +129,11 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
             ..row
         });
     }
+}
+
+/// Does an answer that claims to have converged solve its scheme, as far as its increments were asked to be small?
+fn is_solved(residual: f64, settings: &Settings) -> bool {
+    residual <= (1e3 * settings.stop.increment).max(1e-9)
 }
 
 /// What an answer is worth: all but its time and memory, and what bounds its error.

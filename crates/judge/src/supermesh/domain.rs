@@ -146,6 +146,13 @@ impl<'a> Domain<'a> {
             domain.first_corners.push(next);
             next += side.cell(cell).count() as u32;
         }
+        // Before cells are looked at without their z.
+        if dim == 2 && !domain.is_plane() {
+            let what = "its cells are a surface in space, which do not lie in one plane z = const: other cells make another surface of \
+                        it, so that fields cannot be compared as functions there";
+            let remedy = "give two results on the same cells, where values are compared point by point, or in a plane";
+            return Err(refuse(what.into(), remedy));
+        }
         for cell in 0..side.cell_count() as u32 {
             cancel::check()?;
             if domain.of_cell[cell as usize] != OTHER {
@@ -157,18 +164,6 @@ impl<'a> Domain<'a> {
                         "repair the mesh: functions on it have no values there",
                     )
                 })?;
-            }
-        }
-        if dim == 2 {
-            let height = domain.height();
-            let lies = |p: u32| (domain.points[p as usize][2] - height).abs() <= near;
-            if !domain
-                .pieces
-                .iter()
-                .all(|p| p.corners[..3].iter().all(|c| lies(*c)))
-            {
-                let what = "its triangles do not lie in one plane z = const".into();
-                return Err(refuse(what, "give results in a plane, or on tetrahedra"));
             }
         }
         let measures = domain
@@ -219,6 +214,17 @@ impl<'a> Domain<'a> {
         let mut all = cells.map(|cell| Geometry::of(&own, &places(cell), self.near));
         all.all(|geometry| geometry == Geometry::Straight)
             .then_some(own)
+    }
+
+    /// Have all nodes of cells one z?
+    fn is_plane(&self) -> bool {
+        let cells = (0..self.of_cell.len()).filter(|cell| self.of_cell[*cell] != OTHER);
+        let mut nodes = cells.flat_map(|cell| self.side.cell(cell));
+        let z = |point: u32| self.points[point as usize][2];
+        let Some(height) = nodes.next().map(z) else {
+            return true;
+        };
+        nodes.all(|point| (z(point) - height).abs() <= self.near)
     }
 
     /// z of a plane mesh.
