@@ -28,6 +28,11 @@ pub(super) fn extract(left: &Left, asked: &Asked, code: &str) -> Result<Results,
             continue;
         }
         of.keep_only(|known| known == name);
+        if let Some(unread) = of.unread.first() {
+            return Err(format!(
+                "a part of `{name}` of {code} was not read: {unread}"
+            ));
+        }
         of.rename(name, &asked.name);
         let fields = [
             (On::Points, &of.on_points),
@@ -67,6 +72,10 @@ pub(super) fn extract(left: &Left, asked: &Asked, code: &str) -> Result<Results,
         .map(|f| &*f.name)
         .collect();
     known.dedup();
+    let unread = left.results.iter().flat_map(|of| &of.unread);
+    if let Some(unread) = unread.clone().find(|part| part.name == name) {
+        return Err(format!("`{name}` of {code} was not read: {unread}"));
+    }
     Err(format!(
         "{code} has no field `{name}`; it has {}",
         known.join(", ")
