@@ -38,4 +38,5 @@ mod solid;
 mod study;
 mod terminal;
 mod trust;
+mod unread;
 mod vtk;

@@ -407,7 +407,7 @@ fn signs_of_elements_are_kept() {
     let [lost] = mixed.unread.as_slice() else {
         panic!("{:?}", mixed.unread)
     };
-    assert!(lost.contains("the groups of 1 elements"), "{lost}");
+    assert!(lost.what.contains("the groups of 1 elements"), "{lost}");
     assert_eq!(mixed.mesh.groups, mesh.groups);
 }
 

@@ -118,6 +118,7 @@ impl Found {
                 On::Whole => "whole",
                 On::Functions => "functions",
                 On::Domain => "domain",
+                On::Unread => "unread",
             };
             let table = |values: &[f64], columns: usize| {
                 let flat = numpy::PyArray1::from_slice(py, values);

@@ -61,7 +61,7 @@ impl Mesh {
     #[getter]
     fn remarks(&self) -> Vec<String> {
         let unread = self.content.unread.iter();
-        let unread = unread.map(|what| format!("not read: {what}"));
+        let unread = unread.map(|part| format!("not read: {part}"));
         self.content
             .warnings
             .iter()

@@ -60,6 +60,13 @@ fn orders_of_results(arguments: &Orders, to: &Output) -> Result<u8> {
                 return Err(Error::usage(what, "name one that all results have"));
             }
         }
+        let is_asked = |name: &str| {
+            arguments.only.is_empty() || arguments.only.iter().any(|only| only == name)
+        };
+        if let Some(part) = results.unread.iter().find(|part| is_asked(&part.name)) {
+            let what = format!("{} was not read completely: {part}", path.display());
+            return Err(Error::usage(what, "name the fields to judge by --only"));
+        }
         Ok(results)
     };
     let results = arguments

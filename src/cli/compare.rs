@@ -149,8 +149,7 @@ impl<'a> Request<'a> {
             let [of_a, of_b] = &mut sides;
             let of_a = of_a.read(i, self.python.as_deref())?;
             let of_b = of_b.read(j, self.python.as_deref())?;
-            let (mut comparison, of_a) = self.results(of_a, of_b, true)?;
-            comparison.identical = identical;
+            let (comparison, of_a) = self.results(of_a, of_b, true, identical)?;
             return Ok(Found::One(Box::new(comparison), Box::new(of_a)));
         }
         if self.arguments.out.is_some() || self.arguments.project.is_some() {
@@ -183,18 +182,17 @@ impl<'a> Request<'a> {
                     let reason = format!("{lacks} has no such time, {has} has");
                     (times[side][k], Err(reason))
                 }
-                Pairing::Both(i, j) => (times[0][i], self.step(&mut sides, i, [j, j], 0.0)?),
+                Pairing::Both(i, j) => {
+                    let found = self.step(&mut sides, i, [j, j], 0.0, identical)?;
+                    (times[0][i], found)
+                }
                 Pairing::Between(i, j, w) => {
-                    (times[0][i], self.step(&mut sides, i, [j, j + 1], w)?)
+                    let found = self.step(&mut sides, i, [j, j + 1], w, false)?;
+                    (times[0][i], found)
                 }
             };
             match found {
                 Ok((comparison, of_a)) => {
-                    let identical = identical && matches!(pair, Pairing::Both(..));
-                    let comparison = Comparison {
-                        identical,
-                        ..comparison
-                    };
                     let part = Part::compared(String::new(), Some(time), comparison);
                     all.add(part, Some(Box::new(of_a)));
                 }
@@ -212,6 +210,7 @@ impl<'a> Request<'a> {
         i: usize,
         [j, k]: [usize; 2],
         w: f64,
+        identical: bool,
     ) -> Result<Result<(Comparison, Results), String>> {
         let python = self.python.as_deref();
         let mut compared = || -> Result<(Comparison, Results)> {
@@ -219,7 +218,7 @@ impl<'a> Request<'a> {
                 true => b.read(j, python)?,
                 false => interpolate(&b.read(j, python)?, &b.read(k, python)?, w)?,
             };
-            self.results(a.read(i, python)?, of_b, false)
+            self.results(a.read(i, python)?, of_b, false, identical)
         };
         told(compared())
     }
@@ -317,6 +316,7 @@ impl<'a> Request<'a> {
         mut of_a: Results,
         mut of_b: Results,
         writes: bool,
+        identical: bool,
     ) -> Result<(Comparison, Results)> {
         let arguments = self.arguments;
         pair(&mut of_b, &mut of_a, &arguments.pair)?;
@@ -369,6 +369,7 @@ impl<'a> Request<'a> {
                 alone: arguments.uncovered,
                 nan_equal: arguments.nan_equal.clone(),
                 near: arguments.place_tolerance,
+                identical,
                 progress: Some(&|share| bars.next(what, share)),
             };
             compare_results(&of_a, &of_b, &settings)

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::args::{Command, Form, Mesh as Arguments, MeshAction};
-use super::{DISAGREE, DONE, parse};
+use super::{DONE, code, parse};
 use crate::engine::meshio_python;
 use crate::report::console::note;
-use crate::report::mesh::{Holds, Info, check_report, holds, info_report, unread};
+use crate::report::mesh::{Checked, Holds, Info, check_report, holds, info_report, unread};
 use crate::report::model::{Block, Report};
 use crate::report::{Output, deliver};
 use faceoff_mesh::error::{Error, Place, Result};
@@ -27,12 +27,11 @@ pub(super) fn run(arguments: &Arguments, to: &Output) -> Result<u8> {
             deliver(&info_report(file, &info, &content.mesh)?, to)?;
         }
         MeshAction::Check { file, .. } => {
-            let mesh = io::open(file, python.as_deref())?.mesh;
-            let found = check(&mesh)?;
-            deliver(&check_report(file, &found, &mesh)?, to)?;
-            if !found.is_sound() {
-                return Ok(DISAGREE);
-            }
+            let content = io::open(file, python.as_deref())?;
+            let found = check(&content.mesh)?;
+            let checked = Checked { found, content };
+            deliver(&check_report(file, &checked)?, to)?;
+            return Ok(code(checked.verdict()));
         }
         MeshAction::Convert {
             input, out, form, ..
@@ -214,7 +213,12 @@ fn rewrite(input: &Path, output: &Path, times: u32, options: &Options) -> Result
     let content = io::open(input, options.python.as_deref())?;
     let unread = unread(&content);
     if !unread.is_empty() && !options.lossy {
-        let what = content.unread.join("; ");
+        let what: Vec<String> = content
+            .unread
+            .iter()
+            .map(|part| part.what.clone())
+            .collect();
+        let what = what.join("; ");
         return Err(Error::file(
             input,
             Place::Whole,

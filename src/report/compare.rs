@@ -103,6 +103,15 @@ fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Strin
     wrong.sort_by_key(|f| f.field.verdict == Verdict::Undetermined);
     let names: Vec<&str> = wrong.iter().map(|f| &*f.field.field).collect();
     let all = comparison.fields.len();
+    let is_known = |f: &&ComparedField| f.field.verdict != Verdict::Undetermined;
+    if names.len() > 1 && !wrong.iter().any(is_known) {
+        let (first, rest) = (names.iter().take(2), names.len().saturating_sub(2));
+        let first = first.copied().collect::<Vec<_>>().join(", ");
+        return match rest {
+            0 => format!("**{first}** cannot be judged"),
+            rest => format!("**{first}** and {rest} more of {all} fields cannot be judged"),
+        };
+    }
     match (&names[..], wrong.first()) {
         ([], _) => {
             let fields = if all == 1 {

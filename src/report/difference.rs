@@ -39,7 +39,7 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
             (On::Cells, _) => Support::Cells,
             (On::Corners, _) | (On::Points, None) => Support::Points,
             // Values on points of which there are several now.
-            (On::Points, Some(_)) | (On::Whole | On::Domain, _) => continue,
+            (On::Points, Some(_)) | (On::Whole | On::Domain | On::Unread, _) => continue,
             (On::Functions, _) => {
                 fields.extend(set.fields.iter().flat_map(of_function));
                 continue;

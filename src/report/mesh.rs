@@ -11,6 +11,7 @@ use super::model::{Block, Cell, Report, Suite, Table, TestCase, table};
 use super::number::{number, place, trimmed};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::field::Unread;
 use faceoff_mesh::io::{self, Content};
 use faceoff_mesh::mesh::check::{Defects, Soundness};
 use faceoff_mesh::mesh::quality::{Bin, Quality};
@@ -102,7 +103,9 @@ fn range(value: Option<f64>) -> Cell {
 ///
 /// # Errors
 /// None but of a broken installation.
-pub fn check_report<'a>(file: &Path, found: &'a Soundness, mesh: &'a Mesh) -> Result<Report<'a>> {
+pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>> {
+    let Checked { found, content } = checked;
+    let mesh = &content.mesh;
     let kinds: [(&str, &Defects); 10] = [
         ("cells that curved sides fold over", &found.folded),
         ("points at the place of another", &found.duplicate_points),
@@ -120,21 +123,33 @@ pub fn check_report<'a>(file: &Path, found: &'a Soundness, mesh: &'a Mesh) -> Re
     let odd = kinds
         .iter()
         .filter(|(what, findings)| findings.count > least(what));
-    let words: Vec<String> = odd
+    let mut words: Vec<String> = odd
         .clone()
         .map(|(what, f)| format!("{} {what}", f.count))
         .collect();
-    let headline = match (words.is_empty(), found.is_sound()) {
+    let verdict = checked.verdict();
+    if !content.unread.is_empty() {
+        words.push(format!("{} parts that were not read", content.unread.len()));
+    }
+    let headline = match (words.is_empty(), verdict) {
         (true, _) => "nothing is wrong".to_owned(),
-        (_, true) => format!("sound, with {}", words.join(", ")),
+        (_, Verdict::Agree) => format!("sound, with {}", words.join(", ")),
         _ => words.join(", "),
     };
-    let (verdict, word) = match found.is_sound() {
-        true => (Verdict::Agree, "sound"),
-        false => (Verdict::Disagree, "unsound"),
+    let word = match verdict {
+        Verdict::Agree => "sound",
+        Verdict::Disagree => "unsound",
+        _ => "not read completely",
     };
     let title = format!("faceoff mesh check: is {} sound?", file.display());
-    let judged = Judged { verdict, found };
+    let found_and_unread = FoundAndUnread {
+        found,
+        unread: &content.unread,
+    };
+    let judged = Judged {
+        verdict,
+        found: &found_and_unread,
+    };
     let mut report = Report::new("mesh check", &title, headline, &judged)?;
     report.verdict = Some((verdict, word));
     let name = file.file_name().unwrap_or_default().to_string_lossy();
@@ -157,6 +172,14 @@ pub fn check_report<'a>(file: &Path, found: &'a Soundness, mesh: &'a Mesh) -> Re
         );
         report.blocks.push(found.into());
     }
+    if !content.unread.is_empty() {
+        let caption = format!("parts that were not read: {}", content.unread.len());
+        let table = table!(caption, &content.unread, |part|
+            "name" => &part.name,
+            "what" => &part.what,
+        );
+        report.blocks.push(table.into());
+    }
     found
         .quality
         .iter()
@@ -176,6 +199,34 @@ pub fn check_report<'a>(file: &Path, found: &'a Soundness, mesh: &'a Mesh) -> Re
     let case = TestCase::new("mesh", name, verdict, message);
     report.suites.push(Suite::new("mesh check", [case]));
     Ok(report)
+}
+
+/// What a file holds, and what is wrong with its mesh.
+pub struct Checked {
+    /// Of the mesh.
+    pub found: Soundness,
+    /// Of the file.
+    pub content: Content,
+}
+
+impl Checked {
+    /// A mesh of which a part was not read is not known to be sound.
+    pub fn verdict(&self) -> Verdict {
+        match (self.found.is_sound(), self.content.unread.is_empty()) {
+            (false, _) => Verdict::Disagree,
+            (true, false) => Verdict::Undetermined,
+            (true, true) => Verdict::Agree,
+        }
+    }
+}
+
+/// The JSON form of what [`Checked`] has.
+#[derive(Serialize)]
+struct FoundAndUnread<'a> {
+    #[serde(flatten)]
+    found: &'a Soundness,
+    /// Parts of the file.
+    unread: &'a [Unread],
 }
 
 /// How a measure is distributed, and the worst cells.
@@ -228,6 +279,8 @@ pub struct Info {
     pub holds: Holds,
     /// Oddities of the file, and what was not read.
     pub warnings: Vec<String>,
+    /// Parts of the file that were not read.
+    pub unread: Vec<Unread>,
 }
 
 /// What a mesh holds.
@@ -380,6 +433,7 @@ impl Info {
             times,
             holds: Holds::new(&content.mesh),
             warnings,
+            unread: content.unread.clone(),
         }
     }
 }
@@ -387,7 +441,7 @@ impl Info {
 /// What the reader left behind.
 pub fn unread(content: &Content) -> Vec<String> {
     let unread = content.unread.iter();
-    unread.map(|what| format!("not read: {what}")).collect()
+    unread.map(|part| format!("not read: {part}")).collect()
 }
 
 #[cfg(test)]

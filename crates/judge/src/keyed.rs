@@ -16,7 +16,7 @@ pub(super) fn fields_on(results: &Results, on: On) -> &[ResultField] {
         On::Cells => &results.on_cells,
         On::Corners => &results.on_corners,
         On::Whole => &results.whole,
-        On::Functions | On::Domain => &[],
+        On::Functions | On::Domain | On::Unread => &[],
     }
 }
 
@@ -54,7 +54,7 @@ impl<'a> Keyed<'a> {
                 fields.midpoints = side.centroids()?.into();
             }
             // One array at a time, each of its own length: see `Keyed::of_whole`.
-            On::Whole | On::Functions | On::Domain => {}
+            On::Whole | On::Functions | On::Domain | On::Unread => {}
             On::Points | On::Corners => {
                 fields.dim = side.width + 1;
                 let corners = side.width * side.cell_count();
@@ -83,6 +83,11 @@ impl<'a> Keyed<'a> {
             corner_points,
             ..Keyed::of(fields, fields_on(side, on))
         })
+    }
+
+    /// The same keys with other fields.
+    pub fn carrying(self, carried: &'a [ResultField]) -> Self {
+        Keyed::of(self.fields, carried)
     }
 
     /// One array about the file as a whole, keyed by the order of its entries.

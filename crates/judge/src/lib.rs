@@ -29,6 +29,7 @@ mod align;
 mod cells;
 mod column;
 mod faces;
+mod groups;
 mod judge;
 mod keyed;
 mod law;

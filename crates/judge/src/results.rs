@@ -13,11 +13,12 @@ use serde::{Deserialize, Serialize};
 
 use super::cells::other_cells;
 use super::faces::{are_faces, crouzeix_raviart};
+use super::groups::judge_groups;
 use super::keyed::{Keyed, fields_on};
 use super::law::{Tolerance, Tolerances};
 use super::parts::Parts;
 use super::places;
-use super::sets::{judge_sets, judge_whole};
+use super::sets::{judge_sets, judge_unread, judge_whole};
 use super::supermesh::{Intersection, Norms, judge_functions, norms_on_mesh};
 use super::{FieldVerdict, Verdict};
 use faceoff_mesh::cancel;
@@ -90,6 +91,22 @@ pub struct ComparedField {
 }
 
 impl ComparedField {
+    /// A part of both files that was not read and is equal byte for byte.
+    pub(super) fn same_bytes(name: &str, what: &str) -> Self {
+        let reason = format!("equal byte for byte, not read: {what}");
+        let field = FieldVerdict {
+            max_abs: 0.0,
+            max_rel: 0.0,
+            verdict: Verdict::Agree,
+            ..FieldVerdict::failed(name, 0.0, reason)
+        };
+        ComparedField {
+            atol: 0.0,
+            field,
+            ..Self::unjudged(On::Unread, name, &Tolerances::default(), String::new())
+        }
+    }
+
     pub(super) fn unjudged(on: On, name: &str, tolerances: &Tolerances, reason: String) -> Self {
         let Tolerance { rtol, atol } = tolerances.of(name);
         ComparedField {
@@ -120,6 +137,8 @@ pub enum On {
     Functions,
     /// The mesh itself: what part of it the other mesh does not cover.
     Domain,
+    /// Nothing: a part of a file that was not read.
+    Unread,
 }
 
 impl On {
@@ -128,7 +147,7 @@ impl On {
             On::Points => "point",
             On::Cells => "cell",
             On::Corners => "corner",
-            On::Whole => "entry",
+            On::Whole | On::Unread => "entry",
             On::Functions | On::Domain => "cell",
         }
     }
@@ -171,6 +190,8 @@ pub struct Settings<'a> {
     pub nan_equal: Vec<String>,
     /// How far apart two points may be along an axis and still be one; without it, what the digits of the files allow.
     pub near: Option<f64>,
+    /// Whether the files have the same bytes, so that what is in them and was not read is the same as well.
+    pub identical: bool,
     /// Hears how much of a long comparison is done, from 0 to 1.
     pub progress: Option<&'a (dyn Fn(f64) + Sync)>,
 }
@@ -226,7 +247,12 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
     };
     for side in [a, b] {
         if side.is_empty() {
-            let what = format!("{} has no field to compare", side.source);
+            let unread: Vec<&str> = side.unread.iter().map(|part| &*part.what).collect();
+            let unread = match unread.is_empty() {
+                true => String::new(),
+                false => format!(", and this was not read: {}", unread.join("; ")),
+            };
+            let what = format!("{} has no field to compare{unread}", side.source);
             return Err(refuse(what, "write the fields into it"));
         }
     }
@@ -341,7 +367,16 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
     if let Some(what) = other_cells {
         return Err(refuse(what, "compare results on the same mesh"));
     }
+    judge_groups(
+        [(a, of_a), (b, of_b)],
+        near,
+        &parts,
+        settings,
+        &mut comparison,
+    )?;
     judge_whole(a, b, settings, &mut comparison)?;
+    judge_unread(a, b, settings, &mut comparison);
+    comparison.identical = settings.identical;
     Ok(comparison.judged())
 }
 
@@ -385,6 +420,8 @@ fn as_functions(
     comparison.intersection = Some(intersection);
     comparison.notes.extend(because);
     judge_whole(a, b, settings, &mut comparison)?;
+    judge_unread(a, b, settings, &mut comparison);
+    comparison.identical = settings.identical;
     let [a, _] = sides;
     if let Cow::Owned(found) = a {
         comparison.found = Some(Box::new(found));
@@ -455,6 +492,7 @@ pub fn at_midpoints(a: &mut Results, b: &mut Results) -> Result<()> {
         source: std::mem::take(&mut cells.source),
         space: cells.space,
         whole: std::mem::take(&mut cells.whole),
+        unread: std::mem::take(&mut cells.unread),
         ..Results::default()
     };
     Ok(())

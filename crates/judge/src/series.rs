@@ -105,6 +105,8 @@ pub fn interpolate(x: &Results, y: &Results, w: f64) -> Result<Results> {
     }
     let mut between = x.clone();
     between.source = format!("{}, {}", x.source, y.source);
+    let others = y.unread.iter().filter(|part| !x.unread.contains(part));
+    between.unread.extend(others.cloned());
     // Numbers about a file as a whole are of its own time.
     between.whole.clear();
     let fields = [

@@ -11,7 +11,7 @@ use super::results::{ComparedField, Comparison, Differences, On, Settings};
 use super::view::Column;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::field::{ResultField, Results};
+use faceoff_mesh::field::{ResultField, Results, Unread};
 
 /// Judges the fields of one set, with their differences. Where only `b` has coordinates, they are those of `a` too.
 pub(super) fn judge_sets(
@@ -212,6 +212,38 @@ pub(super) fn judge_whole(
         }
     }
     Ok(())
+}
+
+/// A row for everything that either file has and its reader did not read: nothing is known of it.
+pub(super) fn judge_unread(
+    a: &Results,
+    b: &Results,
+    settings: &Settings,
+    comparison: &mut Comparison,
+) {
+    let of = |side: &Results, part: &Unread| (side.source.clone(), part.clone());
+    let mut parts: Vec<(String, Unread)> = a.unread.iter().map(|part| of(a, part)).collect();
+    for part in &b.unread {
+        match parts.iter_mut().find(|(_, known)| known == part) {
+            Some((sources, _)) => *sources = format!("{sources} and {}", b.source),
+            None => parts.push(of(b, part)),
+        }
+    }
+    for (sources, part) in parts {
+        let Unread { name, what, .. } = &part;
+        if settings.identical && !part.is_outside {
+            comparison
+                .fields
+                .push(ComparedField::same_bytes(name, what));
+            continue;
+        }
+        let reason = format!(
+            "not read in {sources}: {what}; if it does not matter, leave it out by --except {name:?}"
+        );
+        let tolerances = &settings.tolerances;
+        let row = ComparedField::unjudged(On::Unread, name, tolerances, reason);
+        comparison.fields.push(row);
+    }
 }
 
 /// Every name, in order of appearance, with the fields on either side that have it.

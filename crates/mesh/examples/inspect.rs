@@ -70,7 +70,7 @@ fn describe(content: &io::Content) -> Value {
         "groups": groups.collect::<Vec<_>>(),
         "fields": mesh.fields.iter().map(field).collect::<Vec<_>>(),
         "whole": content.whole.iter().map(|data| &data.name).collect::<Vec<_>>(),
-        "warnings": content.warnings, "unread": content.unread,
+        "warnings": content.warnings, "unread": content.unread.iter().map(|part| &part.what).collect::<Vec<_>>(),
     })
 }
 

@@ -65,7 +65,7 @@ fn what_vtk_writes_is_read() {
             let (on, name) = name.split_once(' ').expect("of points or cells");
             if theirs.is_null() {
                 assert!(
-                    content.unread.iter().any(|what| what.contains(name)),
+                    content.unread.iter().any(|part| part.what.contains(name)),
                     "{path}: {name}"
                 );
                 continue;

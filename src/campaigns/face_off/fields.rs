@@ -25,15 +25,20 @@ pub(super) struct Shown {
 fn file_of<'a>(left: &'a Left, asked: &Asked, code: &str) -> Result<&'a Written, String> {
     let name = asked.name_in(code);
     let last = |file: &Written| file.at(file.times.len() - 1).map_err(|e| e.to_string());
-    let mut known = Vec::new();
+    let (mut known, mut unread) = (Vec::new(), None);
     for file in &left.results {
         let of = last(file)?;
         if of.has(name) || Results::clone(&of).derive(name) {
             return Ok(file);
         }
         known.extend(of.all().map(|field| field.name.clone()));
+        let part = of.unread.iter().find(|part| part.name == name);
+        unread = unread.or(part.map(ToString::to_string));
     }
     known.dedup();
+    if let Some(unread) = unread {
+        return Err(format!("`{name}` of {code} was not read: {unread}"));
+    }
     let known = known.join(", ");
     Err(format!("{code} has no field `{name}`; it has {known}"))
 }
@@ -46,6 +51,11 @@ fn extract(file: &Written, k: usize, asked: &Asked, code: &str) -> Result<Result
         return Err(format!("{code} has no field `{name}` then"));
     }
     of.keep_only(|known| known == name);
+    if let Some(unread) = of.unread.first() {
+        return Err(format!(
+            "a part of `{name}` of {code} was not read: {unread}"
+        ));
+    }
     of.rename(name, &asked.name);
     let fields = [
         (On::Points, &of.on_points),

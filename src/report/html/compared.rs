@@ -150,7 +150,7 @@ impl<'a> Compared<'a> {
                 let means = |k: usize| column(k).map(|v| (!v.is_nan()).then_some(*v)).collect();
                 return Some(compared([means(1), means(2)], column(0).copied().collect()));
             }
-            On::Whole | On::Domain => return None,
+            On::Whole | On::Domain | On::Unread => return None,
         };
         let field = fields.iter().find(|f| f.name == of.field.field)?;
         let differences = largest(differences, components);

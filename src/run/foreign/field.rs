@@ -42,7 +42,16 @@ impl<'a> Reader<'a> {
             let on: Vec<&str> = all.iter().map(|(on, _)| *on).collect();
             format!("a field with one number at {}", on.join(" or "))
         };
-        let (on, field) = if let Some(name) = self.options.field {
+        let unread = &self.held.unread;
+        let asked = self.options.field;
+        if let Some(part) = unread
+            .iter()
+            .find(|p| asked.is_none_or(|name| p.name == name))
+        {
+            let what = format!("not everything in it was read: {part}");
+            return Err(self.refuse(what, "name a field that is read by --field"));
+        }
+        let (on, field) = if let Some(name) = asked {
             let found: Vec<_> = named(name);
             match found[..] {
                 [one] => one,

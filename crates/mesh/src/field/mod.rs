@@ -3,8 +3,10 @@
 pub mod data;
 mod faces;
 mod results;
+mod unread;
 
 pub(crate) use data::to_i64;
 pub use data::{GlobalArray, GlobalValues};
 pub use faces::{ColumnKind, FaceColumn, FaceFields, PADDING};
 pub use results::{ResultField, Results};
+pub use unread::Unread;

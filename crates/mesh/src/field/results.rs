@@ -1,6 +1,6 @@
 //! The fields of one file as they are, before they are matched with those of another.
 
-use super::PADDING;
+use super::{PADDING, Unread};
 use crate::cancel;
 use crate::error::Result;
 use crate::io::matches;
@@ -35,6 +35,8 @@ pub struct Results {
     pub whole: Vec<ResultField>,
     /// Cells that were left out because another process has them as well.
     pub ghosts: usize,
+    /// What the file has beside all this.
+    pub unread: Vec<Unread>,
 }
 
 /// One field of a file.
@@ -116,7 +118,7 @@ impl Results {
         all.iter().copied().filter(|p| *p != PADDING)
     }
 
-    /// Keeps the fields whose names `keeps`; returns the names of the others.
+    /// Keeps the fields whose names `keeps`, and of groups and what was not read what has such a name; returns the names of the others.
     pub fn keep_only(&mut self, keeps: impl Fn(&str) -> bool) -> Vec<String> {
         let mut others = Vec::new();
         for fields in self.all_mut() {
@@ -128,6 +130,17 @@ impl Results {
                 kept
             });
         }
+        self.groups.retain(|group| match &group.name {
+            Some(name) => keeps(name),
+            None => keeps(&group.tag.to_string()),
+        });
+        self.unread.retain(|part| {
+            let kept = keeps(&part.name);
+            if !kept {
+                others.push(part.name.clone());
+            }
+            kept
+        });
         others
     }
 

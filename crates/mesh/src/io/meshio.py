@@ -70,7 +70,7 @@ def read(source, target, kind):
     for name, array in mesh.point_data.items():
         found = values(plain, name, array)
         head["point_data"].append(found) if found else head["unread"].append(
-            f"the point data {name!r}"
+            {"name": str(name), "what": f"the point data {name!r}, which are not numbers"}
         )
     for name, arrays in mesh.cell_data.items():
         found = (
@@ -79,7 +79,7 @@ def read(source, target, kind):
             else None
         )
         head["cell_data"].append(found) if found else head["unread"].append(
-            f"the cell data {name!r}"
+            {"name": str(name), "what": f"the cell data {name!r}, which are not numbers"}
         )
     starts = np.cumsum([0] + [len(block.data) for block in mesh.cells])
     for name, parts in mesh.cell_sets.items():
@@ -99,7 +99,9 @@ def read(source, target, kind):
         for name, pair in mesh.field_data.items()
         if np.size(pair) == 2
     ]
-    head["unread"] += [f"the point set {name!r}" for name in mesh.point_sets]
+    head["unread"] += [
+        {"name": str(name), "what": f"the point set {name!r}"} for name in mesh.point_sets
+    ]
     with open(target, "wb") as file:
         file.write(json.dumps(head).encode() + b"\n")
         file.writelines(plain.chunks)

@@ -60,7 +60,7 @@ pub use vtu::lattice::reference_nodes;
 
 use crate::cancel;
 use crate::error::{Error, Result};
-use crate::field::GlobalArray;
+use crate::field::{GlobalArray, Unread};
 use crate::mesh::{CellBlock, Mesh};
 use loss::Losses;
 
@@ -214,7 +214,7 @@ pub struct Content {
     /// Oddities of a file that was read completely.
     pub warnings: Vec<String>,
     /// What the file holds but `mesh` does not.
-    pub unread: Vec<String>,
+    pub unread: Vec<Unread>,
     /// Cells that several pieces have, and that were left out of all but one.
     pub ghosts: usize,
 }

@@ -4,7 +4,8 @@
 mod header;
 mod write;
 
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::path::Path;
 
@@ -21,6 +22,8 @@ use crate::mesh::Values;
 pub struct File<'a> {
     path: &'a Path,
     held: Held<'a>,
+    /// The variables whose values have been asked for.
+    read: RefCell<HashSet<String>>,
 }
 
 enum Held<'a> {
@@ -59,7 +62,11 @@ impl<'a> File<'a> {
             true => Held::Classic(Header { path, bytes, at: 4 }.read()?),
             false => Held::Hdf5(hdf5::open(path, bytes)?),
         };
-        Ok(File { path, held })
+        Ok(File {
+            path,
+            held,
+            read: RefCell::default(),
+        })
     }
 
     pub fn refuse(&self, what: impl Into<String>) -> Error {
@@ -82,6 +89,36 @@ impl<'a> File<'a> {
         };
         names.sort_unstable();
         Ok(names)
+    }
+
+    /// The names of the variables with values that nobody has asked for.
+    pub fn unread(&self) -> Result<Vec<String>> {
+        let mut names = self.names()?;
+        names.retain(|name| !self.read.borrow().contains(name));
+        let mut unread = Vec::new();
+        for name in names {
+            // netCDF-4 has dimensions as data sets without values.
+            let is_dimension = match &self.held {
+                Held::Classic(_) => false,
+                Held::Hdf5(root) => {
+                    let about = root.data(&name)?.and_then(|data| data.text("NAME"));
+                    about.is_some_and(|text| text.starts_with("This is a netCDF dimension but"))
+                }
+            };
+            let is_empty = self.shape(&name)?.is_some_and(|shape| shape.contains(&0));
+            if !is_dimension && !is_empty {
+                unread.push(name);
+            }
+        }
+        Ok(unread)
+    }
+
+    /// The links that lead out of the file or nowhere, with their targets.
+    pub fn links(&self) -> Result<Vec<(String, String)>> {
+        match &self.held {
+            Held::Classic(_) => Ok(Vec::new()),
+            Held::Hdf5(root) => root.links(),
+        }
     }
 
     /// The length of a dimension.
@@ -119,6 +156,7 @@ impl<'a> File<'a> {
 
     /// The numbers of a variable as they lie in the file: all, or those at some indices of its first dimension.
     pub fn raw(&self, name: &str, rows: Option<Range<usize>>) -> Result<Option<RawNumbers<'_>>> {
+        self.read.borrow_mut().insert(name.to_owned());
         match &self.held {
             Held::Classic(classic) => {
                 let variable = classic.variables.get(name);

@@ -1,5 +1,6 @@
 //! The plain file that we exchange with meshio: a line of JSON, then arrays of binary64 and 64-bit integers, little-endian.
 
+use crate::field::Unread;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -21,7 +22,7 @@ struct Head {
     sets: Vec<Set>,
     names: Vec<Name>,
     #[serde(default)]
-    unread: Vec<String>,
+    unread: Vec<Unread>,
 }
 
 #[derive(Serialize, Deserialize)]

@@ -65,6 +65,7 @@ pub fn of_content(path: &Path, content: Content) -> Result<Results> {
         "the table of cells, as wide as the largest of them,",
     )?;
     let mut results = of_mesh(path.display().to_string(), content.mesh, &content.whole);
+    results.unread = content.unread;
     results.ghosts += content.ghosts;
     Ok(results)
 }

@@ -8,6 +8,7 @@ use super::scan::Scan;
 use super::vtu::cells::{classical, vtk_type};
 use super::{Content, Job, Native};
 use crate::error::{Error, Result};
+use crate::field::Unread;
 use crate::mesh::{CellKind, Mesh};
 
 pub static FORMAT: Native = Native {
@@ -132,13 +133,18 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             "NZONE" | "IZONE" | "NMARK" | "AOA" | "AOS" | "NCHUNK" | "SEND_TO" | "SEND_RECV"
             | "FFD_NBOX" => {
                 if matches!(key.as_str(), "SEND_TO" | "SEND_RECV") {
-                    content.unread.push(format!(
-                        "the partition that the marker {tag:?} is sent to or received from"
+                    content.unread.push(Unread::new(
+                        &*tag,
+                        format!(
+                            "the partition that the marker {tag:?} is sent to or received from"
+                        ),
                     ));
                 }
             }
             _ => {
-                content.unread.push(format!("{key}= {value}"));
+                content
+                    .unread
+                    .push(Unread::new(&*key, format!("{key}= {value}")));
                 scan.line();
                 while scan.peek().is_some() && !scan.clone().line().contains(&b'=') {
                     scan.skip_blanks();

@@ -7,6 +7,7 @@ use super::builder::{Builder, Lookup, Numbering};
 use super::scan::{Numbers, Scan};
 use super::{Content, Native, meshio};
 use crate::error::Result;
+use crate::field::Unread;
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
 pub static FORMAT: Native = Native {
@@ -36,9 +37,10 @@ const TYPES: [(&str, CellKind, &[usize]); 8] = [
 /// What was read, with a word about data for all.
 fn finish(mut content: Content, builder: Builder, for_all: usize) -> Content {
     if for_all > 0 {
-        content
-            .unread
-            .push("the data about the model as a whole".into());
+        content.unread.push(Unread::new(
+            "model data",
+            "the data about the model as a whole",
+        ));
     }
     content.mesh = builder.finish();
     let turned = turn_over(&mut content.mesh);

@@ -7,6 +7,7 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use super::elements;
 use super::model::{Element, Instance, Member, Part, Set, Surface};
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::builder::{Builder, Lookup, Numbering, points_in_order};
 use crate::io::scan::Scan;
 use crate::io::sides::side;
@@ -40,7 +41,7 @@ struct Building<'a> {
     placed: HashMap<String, Placed>,
     sets: Sets,
     scan: &'a Scan<'a>,
-    unread: &'a mut Vec<String>,
+    unread: &'a mut Vec<Unread>,
     /// How many members sets may still have: a few lines can mean sets of everything.
     left: usize,
 }
@@ -49,7 +50,7 @@ struct Building<'a> {
 const ROOT: &str = "";
 
 impl Model {
-    pub fn build(mut self, scan: &Scan<'_>, unread: &mut Vec<String>) -> Result<Mesh> {
+    pub fn build(mut self, scan: &Scan<'_>, unread: &mut Vec<Unread>) -> Result<Mesh> {
         let missing: Vec<Instance> = match self.instances.is_empty() {
             // A file of parts alone.
             true => self
@@ -182,8 +183,10 @@ impl Building<'_> {
 
     fn finish_points(&mut self, numbers: Numbering, alone: bool) -> Result<()> {
         if !alone {
-            self.unread
-                .push("the numbers of nodes and elements, which several instances share".into());
+            self.unread.push(Unread::new(
+                "numbers",
+                "the numbers of nodes and elements, which several instances share",
+            ));
         }
         if numbers.len() == 0 {
             return Err(self.scan.error_with(
@@ -307,9 +310,12 @@ impl Building<'_> {
         }
         if missing > 0 {
             let what = if set.of_nodes { "nodes" } else { "elements" };
-            self.unread.push(format!(
-                "{missing} members of the set {:?} of {what}, which do not exist",
-                set.name
+            self.unread.push(Unread::new(
+                &set.name,
+                format!(
+                    "{missing} members of the set {:?} of {what}, which do not exist",
+                    set.name
+                ),
             ));
         }
         all.sort_unstable();
@@ -356,9 +362,12 @@ impl Building<'_> {
             self.builder.set(&name, sides);
         }
         if lost > 0 {
-            self.unread.push(format!(
-                "{lost} members of the surface {:?}, which are no sides of elements",
-                surface.name
+            self.unread.push(Unread::new(
+                &surface.name,
+                format!(
+                    "{lost} members of the surface {:?}, which are no sides of elements",
+                    surface.name
+                ),
             ));
         }
         Ok(())

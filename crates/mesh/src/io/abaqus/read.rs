@@ -7,6 +7,7 @@ use super::build::Model;
 use super::elements::kind;
 use super::model::{Instance, Part, Set, Surface};
 use crate::error::{Error, Result};
+use crate::field::Unread;
 use crate::io::Content;
 use crate::io::out::folder_of;
 use crate::io::scan::Scan;
@@ -74,7 +75,7 @@ pub struct Reader<'a> {
     pub files: usize,
     /// Keywords that are not read, and how many elements have types that no mesh has.
     pub skipped: BTreeSet<String>,
-    pub unread: Vec<String>,
+    pub unread: Vec<Unread>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -100,9 +101,12 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut unread = std::mem::take(&mut reader.unread);
     if !reader.skipped.is_empty() {
         let words: Vec<String> = reader.skipped.into_iter().collect();
-        unread.push(format!(
-            "the keywords {}, which are no part of a mesh",
-            words.join(", ")
+        unread.push(Unread::new(
+            "keywords",
+            format!(
+                "the keywords {}, which are no part of a mesh",
+                words.join(", ")
+            ),
         ));
     }
     let mesh = reader.model.build(&Scan::new(path, bytes), &mut unread)?;
@@ -172,7 +176,7 @@ impl Reader<'_> {
     fn include(&mut self, row: &Scan<'_>, name: &str, depth: usize) -> Result<()> {
         let Some(path) = row.included(self.folder, name, depth, self.files)? else {
             let what = format!("the included file {name}, which is not there");
-            self.unread.push(what);
+            self.unread.push(Unread::outside("*INCLUDE", what));
             return Ok(());
         };
         let bytes = crate::io::bytes::read(&path).map_err(Error::io(&path, "read"))?;
@@ -226,8 +230,10 @@ impl Reader<'_> {
                     .to_ascii_uppercase();
                 let of = kind(&name);
                 if of.is_none() {
-                    self.unread
-                        .push(format!("the elements of type {name:?}, which no mesh has"));
+                    self.unread.push(Unread::new(
+                        &*name,
+                        format!("the elements of type {name:?}, which no mesh has"),
+                    ));
                 }
                 let set = self.set(parameter(words, "ELSET"), false);
                 Mode::Elements {
@@ -253,8 +259,10 @@ impl Reader<'_> {
                     .to_ascii_uppercase();
                 let name = owned("NAME").unwrap_or_default();
                 if !["ELEMENT", "NODE"].contains(&kind.as_str()) {
-                    self.unread
-                        .push(format!("the surface {name:?} of type {kind}"));
+                    self.unread.push(Unread::new(
+                        &name,
+                        format!("the surface {name:?} of type {kind}"),
+                    ));
                     Mode::Heading
                 } else {
                     let surfaces = &mut self.part().surfaces;

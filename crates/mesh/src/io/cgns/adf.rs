@@ -1,7 +1,8 @@
 //! ADF, the tree of nodes that CGNS stood on before HDF5: headers of fixed size whose pointers are blocks of 4096 bytes and
 //! offsets in them, as hexadecimal text in version A, in binary in version B.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::HashSet;
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
@@ -23,6 +24,8 @@ pub struct File<'a> {
     big_endian: bool,
     /// Bytes that may still be read: of a sound file no more than it has.
     left: Cell<usize>,
+    /// Where the data are that have been asked for.
+    read: RefCell<HashSet<u64>>,
 }
 
 /// A node: its name, label and type, the lengths of its dimensions, the first running fastest, and where its data are.
@@ -50,6 +53,7 @@ impl<'a> File<'a> {
             is_text: bytes.get(25) == Some(&b'A'),
             big_endian: bytes.get(100) == Some(&b'B'),
             left: Cell::new(4 * bytes.len()),
+            read: RefCell::default(),
         };
         if !matches!(bytes.get(100), Some(b'B' | b'L')) {
             return Err(file.refuse(100, "the numbers are neither big-endian nor little-endian"));
@@ -166,8 +170,15 @@ impl<'a> File<'a> {
         (0..count).map(entry).collect()
     }
 
+    /// Whether a node has data that nobody has asked for.
+    pub fn is_unread(&self, node: &Node) -> bool {
+        let is_empty = node.chunks == 0 || node.shape.contains(&0);
+        !is_empty && !self.read.borrow().contains(&node.data)
+    }
+
     /// The numbers of a node; characters are bytes. None if it has none.
     pub fn raw(&self, node: &Node) -> Result<Option<RawNumbers<'a>>> {
+        self.read.borrow_mut().insert(node.data);
         let (type_name, size) = match node.kind.as_str() {
             "C1" | "B1" | "LK" => ("UInt8", 1),
             "I4" => ("Int32", 4),

@@ -14,6 +14,7 @@ use polytopes::{face, faces, lists};
 use super::tree::{self, Node};
 use super::{adf, cells};
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::{self, Runs, Sets};
@@ -27,7 +28,7 @@ struct Reader {
     /// Cells by the names of the groups that they are in, each with its dimension: cells, nodes, and cells that may be missing.
     groups: Vec<(String, Members)>,
     names: BTreeMap<String, i64>,
-    unread: Vec<String>,
+    unread: Vec<Unread>,
 }
 
 #[derive(Clone)]
@@ -71,7 +72,10 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         unread: bases
             .iter()
             .skip(1)
-            .map(|base| format!("the base {:?}, a further one", base.name()))
+            .map(|base| {
+                let what = format!("the base {:?}, a further one", base.name());
+                Unread::new(base.name(), what)
+            })
             .collect(),
     };
     let dimension = base.integers()?.first().copied().unwrap_or(3).clamp(1, 3) as u8;
@@ -108,6 +112,18 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         reader.sections(node, zone)?;
     }
     reader.finish_groups(dimension);
+    for child in root.children()? {
+        if !bases.iter().skip(1).any(|base| base.name() == child.name()) {
+            child.unread("", &mut reader.unread)?;
+        }
+    }
+    if let Node::Hdf5(group, _) = &root {
+        let links = group.links()?.into_iter();
+        reader.unread.extend(links.map(|(name, target)| {
+            let what = format!("the link /{name} to {target}");
+            Unread::outside(name, what)
+        }));
+    }
     let version = root
         .child("CGNSLibraryVersion")?
         .map(|node| node.values())
@@ -166,10 +182,13 @@ impl Reader {
         let first = self.sets.mesh.points.len();
         let grids = node.labelled("GridCoordinates_t")?;
         if grids.len() > 1 {
-            self.unread.push(format!(
-                "{} further grids of the zone {:?}",
-                grids.len() - 1,
-                node.name()
+            self.unread.push(Unread::new(
+                node.name(),
+                format!(
+                    "{} further grids of the zone {:?}",
+                    grids.len() - 1,
+                    node.name()
+                ),
             ));
         }
         let arrays = grids.first().map(|grid| grid.labelled("DataArray_t"));
@@ -280,9 +299,12 @@ impl Reader {
                 return Ok(true);
             }
             number if number != cells::MIXED && cells::kind(number).is_none() => {
-                self.unread.push(format!(
-                    "the section {:?} of elements of CGNS's type {number}",
-                    section.name()
+                self.unread.push(Unread::new(
+                    section.name(),
+                    format!(
+                        "the section {:?} of elements of CGNS's type {number}",
+                        section.name()
+                    ),
                 ));
                 return Ok(false);
             }

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use super::adf;
+use crate::cancel;
 use crate::error::{Error, Result};
+use crate::field::Unread;
 use crate::io::hdf5;
 use crate::io::vtu::array::RawNumbers;
 use crate::mesh::Values;
@@ -118,6 +120,44 @@ impl<'a> Node<'a> {
         Ok(bytes.chunks(width).map(text).collect())
     }
 
+    /// Adds the numbers of this node and of those below that nobody has read, and links; of a name that is there already the
+    /// reader has told why. `at` is where it is.
+    pub fn unread(&self, at: &str, unread: &mut Vec<Unread>) -> Result<()> {
+        cancel::check()?;
+        if HARMLESS.contains(&&*self.label()) {
+            return Ok(());
+        }
+        let at = format!("{at}/{}", self.name());
+        // Characters describe.
+        let (links, is_unread) = match self {
+            Node::Hdf5(group, _) => {
+                let is_text = group.text("type").is_some_and(|kind| kind == "C1");
+                let data = group.data(" data")?;
+                let is_unread = data.is_some_and(|data| data.is_unread());
+                (group.links()?, is_unread && !is_text)
+            }
+            Node::Adf(_, node) if node.kind == "LK" => {
+                let texts = self.texts(0)?;
+                (vec![(self.name().to_owned(), texts.concat())], false)
+            }
+            Node::Adf(file, node) => (Vec::new(), node.kind != "C1" && file.is_unread(node)),
+        };
+        let is_told = unread.iter().any(|one| one.name == self.name());
+        if is_unread && !is_told {
+            let what = format!("the node {at}, which has no place in a mesh");
+            unread.push(Unread::new(self.name(), what));
+        }
+        for (name, target) in links {
+            let what = format!("the link {at}/{name} to {target}");
+            let own = [" link", " data"].contains(&&*name);
+            let name = if own { self.name() } else { &name };
+            unread.push(Unread::outside(name, what));
+        }
+        self.children()?
+            .iter()
+            .try_for_each(|child| child.unread(&at, unread))
+    }
+
     /// The one text of the child with this name.
     pub fn text_of(&self, name: &str) -> Result<Option<String>> {
         let texts = self.child(name)?.map(|child| child.texts(0)).transpose()?;
@@ -126,6 +166,19 @@ impl<'a> Node<'a> {
             .filter(|text| !text.is_empty()))
     }
 }
+
+/// Labels of nodes that are about units, versions and the order of things.
+const HARMLESS: [&str; 9] = [
+    "CGNSLibraryVersion_t",
+    "DataClass_t",
+    "DataConversion_t",
+    "Descriptor_t",
+    "DimensionalExponents_t",
+    "DimensionalUnits_t",
+    "AdditionalUnits_t",
+    "BaseIterativeData_t",
+    "Ordinal_t",
+];
 
 /// The root of an HDF5 file.
 pub fn of_hdf5<'a>(path: &Path, bytes: &[u8]) -> Result<Node<'a>> {

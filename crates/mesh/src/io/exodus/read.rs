@@ -9,6 +9,7 @@ use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::netcdf::File;
 use crate::io::polytopes::Lists;
 use crate::io::raw::{self, Nodes};
@@ -35,7 +36,7 @@ struct Reader<'a> {
     dimension: usize,
     /// The corners of the faces of polyhedra.
     faces: Option<Lists>,
-    unread: Vec<String>,
+    unread: Vec<Unread>,
 }
 
 /// All times of a file, in the order of its steps.
@@ -204,10 +205,10 @@ impl Reader<'_> {
                 return Err(self.file.refuse(what));
             };
             if width > kind.points() {
-                self.unread.push(format!(
+                self.unread.push(Unread::new(&connect, format!(
                     "the last {} of the {width} nodes of {count} elements {element}, which are {kind} here",
                     width - kind.points()
-                ));
+                )));
             }
             let of = Nodes {
                 base: 1,
@@ -282,43 +283,90 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn tell(&mut self, what: String) {
-        if !self.unread.contains(&what) {
-            self.unread.push(what);
+    fn tell(&mut self, name: &str, what: String) {
+        let unread = Unread::new(name, what);
+        if !self.unread.contains(&unread) {
+            self.unread.push(unread);
         }
     }
 
     /// Tells what else is there.
     fn others(&mut self) -> Result<()> {
-        let kinds: [(&str, &str); 9] = [
-            ("name_nset_var", "variables on node sets"),
-            ("name_sset_var", "variables on side sets"),
-            ("name_elset_var", "variables on element sets"),
-            ("name_edge_var", "variables on edges"),
-            ("name_face_var", "variables on faces"),
-            ("ed_prop1", "edge blocks"),
-            ("fa_prop1", "face blocks"),
-            ("es_prop1", "edge sets"),
-            ("fs_prop1", "face sets"),
-        ];
-        let used = |variable: &str| variable == "fa_prop1" && self.faces.is_some();
-        for (variable, what) in kinds.into_iter().filter(|(variable, _)| !used(variable)) {
-            if let Some(shape) = self.file.shape(variable)? {
-                self.unread
-                    .push(format!("{} {what}", shape.first().unwrap_or(&0)));
+        for (names, what) in [
+            ("name_nset_var", "node sets"),
+            ("name_sset_var", "side sets"),
+            ("name_elset_var", "element sets"),
+            ("name_edge_var", "edges"),
+            ("name_face_var", "faces"),
+        ] {
+            for name in self.file.texts(names)?.unwrap_or_default() {
+                self.tell(&name, format!("the variable {name:?} on {what}"));
             }
         }
-        let names = self.file.names()?;
-        let of = |word: &str| names.iter().filter(|name| name.starts_with(word)).count();
-        for (word, what) in [
-            ("dist_fact_", "lists of distribution factors of sets"),
-            ("attrib", "lists of attributes of elements"),
-        ] {
-            let count = of(word);
-            if count > 0 {
-                self.unread.push(format!("{count} {what}"));
+        let declared = self.file.dimension("num_nodes")?.unwrap_or(0);
+        if self.sets.mesh.points.is_empty() && declared > 0 {
+            let what = format!("the coordinates of {declared} nodes, which are not in the file");
+            self.tell("coord", what);
+        }
+        let declared = self.file.dimension("num_elem")?.unwrap_or(0);
+        let found: usize = self.blocks.iter().map(|block| block.count).sum();
+        if found != declared && declared > 0 {
+            let what = format!("{declared} elements, of which the blocks of the file have {found}");
+            self.tell("num_elem", what);
+        }
+        for name in self.file.unread()? {
+            let starts = |words: &[&str]| words.iter().any(|word| name.starts_with(word));
+            // Lists of names, numbers and marks that the rest of the file does without; and values told above.
+            let told = [
+                "vals_nset",
+                "vals_sset",
+                "vals_elset",
+                "vals_edge",
+                "vals_face",
+            ];
+            // The numbers of the blocks of faces that polyhedra are made of.
+            let is_of_faces = name == "fa_prop1" && self.faces.is_some();
+            let is_harmless =
+                HARMLESS.contains(&&*name) || name.ends_with("_var_tab") || is_of_faces;
+            if is_harmless || starts(&told) {
+                continue;
             }
+            let what = if name.starts_with("dist_fact_") {
+                // What programs write where nobody gave any.
+                let values = self.file.values(&name)?.map(|values| values.to_f64());
+                if values.is_some_and(|values| values.iter().all(|&value| value == 1.0)) {
+                    continue;
+                }
+                "the distribution factors"
+            } else if name.starts_with("attrib") {
+                "the attributes of elements"
+            } else {
+                "the variable"
+            };
+            self.tell(&name, format!("{what} {name}"));
+        }
+        for (name, target) in self.file.links()? {
+            let what = format!("the link {name} to {target}");
+            self.unread.push(Unread::outside(name, what));
         }
         Ok(())
     }
 }
+
+/// Variables about how a file was made or is sorted.
+const HARMLESS: [&str; 14] = [
+    "qa_records",
+    "info_records",
+    "coor_names",
+    "elem_map",
+    "eb_status",
+    "ns_status",
+    "ss_status",
+    "els_status",
+    "ed_status",
+    "fa_status",
+    "es_status",
+    "fs_status",
+    "ids_of_maps",
+    "time_whole",
+];

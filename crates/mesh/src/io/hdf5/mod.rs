@@ -5,11 +5,13 @@
 //! file are not followed. What is written ([`mod@write`]) is as simple as the format allows, which every reader since HDF5 1.8
 //! takes: compact groups and contiguous data.
 
+mod inventory;
 #[cfg(test)]
 mod tests;
 pub mod write;
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -67,6 +69,8 @@ struct About {
     left: Cell<u64>,
     bytes: Arc<Bytes>,
     opened: Option<Hdf5File>,
+    /// Where the data sets are whose values have been asked for.
+    read: RefCell<HashSet<u64>>,
 }
 
 /// The bytes of a file as the library has them.
@@ -103,6 +107,7 @@ pub fn open(path: &Path, bytes: &[u8]) -> Result<Group> {
         left: Cell::new(left),
         bytes: bytes::owner(bytes),
         opened: None,
+        read: RefCell::default(),
     };
     let options = OpenOptions::default()
         .with_max_chunk_bytes(MOST)
@@ -291,6 +296,7 @@ impl Data {
     /// Takes so many numbers out of what may be unpacked; the bytes of one.
     fn take(&self, numbers: usize) -> Result<usize> {
         cancel::check()?;
+        self.file.read.borrow_mut().insert(self.data.address());
         let size = self
             .data
             .raw_element_size()

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::Content;
 use crate::io::hdf5::{self, Data, Group};
 use crate::io::raw::{self, Nodes};
@@ -27,7 +28,7 @@ struct Reader {
     sets: Sets,
     /// The cells of each of MED's kinds.
     cells: BTreeMap<&'static str, Range<u32>>,
-    unread: Vec<String>,
+    unread: Vec<Unread>,
 }
 
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
@@ -53,7 +54,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         unread: meshes
             .iter()
             .skip(1)
-            .map(|(name, _)| format!("the mesh {name:?}, a further one"))
+            .map(|(name, _)| Unread::new(name, format!("the mesh {name:?}, a further one")))
             .collect(),
         file,
     };
@@ -74,15 +75,26 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     };
     let others = of_steps.len().saturating_sub(1);
     if others > 0 {
-        reader
-            .unread
-            .push(format!("{others} further steps of the mesh"));
+        reader.unread.push(Unread::new(
+            "steps",
+            format!("{others} further steps of the mesh"),
+        ));
     }
     let families = reader.families()?;
     let of_nodes = reader.nodes(at, mesh)?;
     let of_cells = reader.cells(at)?;
     reader.groups(&families, of_nodes, of_cells);
     reader.fields()?;
+    let name = |path: &str| {
+        let mut parts = path.split('/').skip(1);
+        let name = match (parts.next(), parts.next()) {
+            (Some("CHA"), field) => field,
+            (Some("ENS_MAA"), Some(mesh)) if mesh != reader.mesh => Some(mesh),
+            _ => path.rsplit('/').next(),
+        };
+        name.map(str::to_owned)
+    };
+    reader.file.unread(&mut reader.unread, name)?;
     let (mesh, warnings) = reader.sets.finish();
     Ok(Content {
         mesh,
@@ -257,8 +269,10 @@ impl Reader {
                     }
                 }
                 None => {
-                    self.unread
-                        .push(format!("the cells {name}, of a kind that is not read"));
+                    self.unread.push(Unread::new(
+                        &*name,
+                        format!("the cells {name}, of a kind that is not read"),
+                    ));
                     continue;
                 }
             }
@@ -317,8 +331,10 @@ impl Reader {
         for (name, field) in all {
             let components = field.number("NCO").map_or(1, |n| n as usize).max(1);
             if field.text("MAI").is_some_and(|mesh| mesh != self.mesh) {
-                self.unread
-                    .push(format!("the field {name:?}, which is on another mesh"));
+                self.unread.push(Unread::new(
+                    &*name,
+                    format!("the field {name:?}, which is on another mesh"),
+                ));
                 continue;
             }
             let mut steps = field.groups()?;
@@ -347,7 +363,8 @@ impl Reader {
                 Some(("MAI", kind)) => (Support::Cells, Some(kind)),
                 Some(("NOE" | "NOM", kind)) => (Support::CellPoints, Some(kind)),
                 _ => {
-                    self.unread.push(format!("the field {name:?} on {place}"));
+                    self.unread
+                        .push(Unread::new(name, format!("the field {name:?} on {place}")));
                     continue;
                 }
             };
@@ -359,7 +376,8 @@ impl Reader {
                 }
             };
             let Some((range, kind)) = range else {
-                self.unread.push(format!("the field {name:?} on {place}"));
+                self.unread
+                    .push(Unread::new(name, format!("the field {name:?} on {place}")));
                 continue;
             };
             for (profile, values) in support.groups()? {
@@ -373,8 +391,9 @@ impl Reader {
                     1
                 };
                 if gauss != per {
-                    self.unread.push(format!(
-                        "the field {name:?} on {place}, with {gauss} values in a cell"
+                    self.unread.push(Unread::new(
+                        name,
+                        format!("the field {name:?} on {place}, with {gauss} values in a cell"),
                     ));
                     continue;
                 }
@@ -409,8 +428,10 @@ impl Reader {
                 .flat_map(|(at, _)| at.iter().copied())
                 .collect();
             if !at.is_sorted_by(|a, b| a < b) {
-                self.unread
-                    .push(format!("the field {name:?} on {on} in parts that overlap"));
+                self.unread.push(Unread::new(
+                    name,
+                    format!("the field {name:?} on {on} in parts that overlap"),
+                ));
                 continue;
             }
             let values = parts.into_iter().flat_map(|(_, values)| values).collect();

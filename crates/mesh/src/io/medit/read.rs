@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::{CELLS, NAME, SWAPPED, Sections};
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::Content;
 use crate::io::labels::Rows;
 use crate::io::scan::Numbers;
@@ -85,7 +86,9 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                 sections.skip()?;
             }
             (other, None) => {
-                content.unread.push(format!("the section {other}"));
+                content
+                    .unread
+                    .push(Unread::new(other, format!("the section {other}")));
                 sections.skip()?;
             }
         }

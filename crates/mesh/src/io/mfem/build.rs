@@ -6,23 +6,25 @@ use super::Raw;
 use super::broken::broken;
 use super::nodes::{Nodes, quadratic};
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::builder::{Builder, Numbering};
 use crate::io::scan::Scan;
 use crate::mesh::{CellKind, Mesh};
 
 impl Raw {
-    pub fn build(mut self, scan: &Scan<'_>, unread: &mut Vec<String>) -> Result<Mesh> {
+    pub fn build(mut self, scan: &Scan<'_>, unread: &mut Vec<Unread>) -> Result<Mesh> {
         if self.elements.is_empty() {
             return Err(scan.error("the file has no elements"));
         }
         self.place_children(scan)?;
         let order = self.nodes.as_ref().map_or(1, |nodes| nodes.order());
-        let lost = |unread: &mut Vec<String>, nodes: &Nodes| {
-            unread.push(format!(
+        let lost =
+            |unread: &mut Vec<Unread>, nodes: &Nodes| {
+                unread.push(Unread::new("nodes", format!(
                 "how the cells are curved, which is of {}: they are read with straight sides",
                 nodes.collection
-            ));
-        };
+            )));
+            };
         let mut builder = Builder::default();
         let all = std::mem::take(&mut self.elements);
         let boundary = std::mem::take(&mut self.boundary);

@@ -2,6 +2,7 @@
 
 use super::read::Reader;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{Field, Support, Values};
 
@@ -73,9 +74,12 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         } else {
             "elements"
         };
-        content.unread.push(format!(
-            "{missing} rows of the field {:?}, of {what} that are not in the file",
-            head.name
+        content.unread.push(Unread::new(
+            &head.name,
+            format!(
+                "{missing} rows of the field {:?}, of {what} that are not in the file",
+                head.name
+            ),
         ));
     }
     if !order.is_sorted_by(|a, b| a.0 < b.0) {
@@ -99,9 +103,10 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         order.iter().map(|row| row.0).collect()
     };
     if order.is_empty() && all > 0 {
-        content
-            .unread
-            .push(format!("the field {:?}, which has no values", head.name));
+        content.unread.push(Unread::new(
+            &head.name,
+            format!("the field {:?}, which has no values", head.name),
+        ));
         return Ok(());
     }
     builder.mesh.fields.push(Field {
@@ -125,7 +130,7 @@ struct FieldHead {
 }
 
 /// The tags before the values, which are text in binary files too: strings, numbers, whole numbers.
-fn head(scan: &mut Scan<'_>, unread: &mut Vec<String>) -> Result<FieldHead> {
+fn head(scan: &mut Scan<'_>, unread: &mut Vec<Unread>) -> Result<FieldHead> {
     let numbers = std::mem::replace(&mut scan.numbers, Numbers::Ascii);
     let strings = scan.count("strings", 2)?;
     scan.line();
@@ -138,7 +143,10 @@ fn head(scan: &mut Scan<'_>, unread: &mut Vec<String>) -> Result<FieldHead> {
                 .and_then(|name| name.strip_suffix('"'));
             name = bare.unwrap_or(&line).to_owned();
         } else {
-            unread.push(format!("the text {line} of field {name:?}"));
+            unread.push(Unread::new(
+                &name,
+                format!("the text {line} of field {name:?}"),
+            ));
         }
     }
     let reals = scan.count("numbers", 2)?;
@@ -149,8 +157,9 @@ fn head(scan: &mut Scan<'_>, unread: &mut Vec<String>) -> Result<FieldHead> {
         return Err(scan.error("step, number of components and number of rows are missing"));
     };
     if more.iter().any(|&value| value != 0) || reals.len() > 1 {
-        unread.push(format!(
-            "the partition and further numbers of field {name:?}"
+        unread.push(Unread::new(
+            &name,
+            format!("the partition and further numbers of field {name:?}"),
         ));
     }
     if numbers != Numbers::Ascii {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{data, elements_v2, entities, nodes_v2, v3, v4};
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::Content;
 use crate::io::builder::Builder;
 use crate::io::scan::{Numbers, Scan};
@@ -140,7 +141,9 @@ impl<'a> Reader<'a> {
             ("$ElementData", Some(_)) => data::read(self, Support::Cells)?,
             ("$ElementNodeData", Some(_)) => data::read(self, Support::CellPoints)?,
             _ => {
-                self.content.unread.push(format!("the section {name}"));
+                self.content
+                    .unread
+                    .push(Unread::new(&name, format!("the section {name}")));
                 self.skip(&end)?;
             }
         }
@@ -179,8 +182,9 @@ impl<'a> Reader<'a> {
         let found = next.is_some_and(|next| next.starts_with(end.as_bytes()));
         if found && !word.starts_with('$') {
             let section = &self.scan.section;
-            self.content.unread.push(format!(
-                "what {section} has beyond the number of rows that it declares"
+            self.content.unread.push(Unread::new(
+                section,
+                format!("what {section} has beyond the number of rows that it declares"),
             ));
             self.scan.seek(end.as_bytes());
         }
@@ -236,9 +240,10 @@ impl<'a> Reader<'a> {
         let size = self.scan.i32()?;
         let more = String::from_utf8_lossy(self.scan.line().trim_ascii()).into_owned();
         if !more.is_empty() {
-            self.content
-                .unread
-                .push(format!("{more:?} behind the version"));
+            self.content.unread.push(Unread::new(
+                "$MeshFormat",
+                format!("{more:?} behind the version"),
+            ));
         }
         self.content.encoding = "ascii".into();
         if binary {
@@ -309,14 +314,16 @@ impl<'a> Reader<'a> {
                 .trim()
                 .to_owned();
             if !more.is_empty() {
-                self.content
-                    .unread
-                    .push(format!("{more:?} behind the name {name:?}"));
+                self.content.unread.push(Unread::new(
+                    &name,
+                    format!("{more:?} behind the name {name:?}"),
+                ));
             }
             let kept = self.builder.name(dim, i64::from(tag), name.clone());
             if kept != name {
-                self.content.unread.push(format!(
-                    "the name {name:?} of group {tag}, which is called {kept:?} already"
+                self.content.unread.push(Unread::new(
+                    &name,
+                    format!("the name {name:?} of group {tag}, which is called {kept:?} already"),
                 ));
             }
             self.scan.line();

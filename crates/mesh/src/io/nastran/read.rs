@@ -6,6 +6,7 @@ use std::path::Path;
 use super::CARDS;
 use super::card::{Card, fields};
 use crate::error::{Error, Result};
+use crate::field::Unread;
 use crate::io::Content;
 use crate::io::out::folder_of;
 use crate::io::scan::Scan;
@@ -26,7 +27,7 @@ pub struct Reader {
     pub systems: HashMap<u64, System>,
     /// Cards that are not read, with how many there are.
     pub others: BTreeMap<String, usize>,
-    pub unread: Vec<String>,
+    pub unread: Vec<Unread>,
     pub warnings: Vec<String>,
     pub partly: usize,
     pub files: usize,
@@ -79,9 +80,10 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         .map(|(name, count)| format!("{count} {name}"))
         .collect();
     if !others.is_empty() {
-        reader
-            .unread
-            .push(format!("the cards {}", others.join(", ")));
+        reader.unread.push(Unread::new(
+            "cards",
+            format!("the cards {}", others.join(", ")),
+        ));
     }
     Ok(Content {
         mesh: reader.build(&Scan::new(path, bytes))?,
@@ -161,7 +163,7 @@ impl Reader {
     fn include(&mut self, row: &Scan<'_>, folder: &Path, name: &str, depth: usize) -> Result<()> {
         let Some(path) = row.included(folder, name, depth, self.files)? else {
             let what = format!("the included file {name}, which is not there");
-            self.unread.push(what);
+            self.unread.push(Unread::outside("INCLUDE", what));
             return Ok(());
         };
         let bytes = crate::io::bytes::read(&path).map_err(Error::io(&path, "read"))?;

@@ -9,6 +9,7 @@ pub mod stl;
 
 use super::Content;
 use super::builder::Builder;
+use crate::field::Unread;
 use crate::mesh::CellKind;
 
 /// Cells of a surface, and how many polygons without corners are none.
@@ -16,7 +17,7 @@ use crate::mesh::CellKind;
 struct Surface {
     builder: Builder,
     others: usize,
-    unread: Vec<String>,
+    unread: Vec<Unread>,
 }
 
 impl Surface {
@@ -39,8 +40,10 @@ impl Surface {
 
     fn content(mut self, format: &str, encoding: &str) -> Content {
         if self.others > 0 {
-            self.unread
-                .push(format!("{} polygons without corners", self.others));
+            self.unread.push(Unread::new(
+                "polygons",
+                format!("{} polygons without corners", self.others),
+            ));
         }
         Content {
             mesh: self.builder.finish(),

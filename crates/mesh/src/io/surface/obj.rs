@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::Surface;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::scan::Scan;
 use crate::io::{Content, Native, meshio};
 
@@ -125,11 +126,10 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             surface.builder.set(name, cells.iter().copied());
         }
     }
-    let mut others: Vec<String> = others
-        .into_iter()
-        .map(|(word, count)| format!("{count} lines of {word}"))
-        .collect();
+    let mut others: Vec<(String, usize)> = others.into_iter().collect();
     others.sort();
+    let others = others.into_iter();
+    let others = others.map(|(word, n)| Unread::new(&word, format!("{n} lines of {word}")));
     surface.unread.extend(others);
     Ok(surface.content("obj", "ascii"))
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::Surface;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::scan::Scan;
 use crate::io::{Content, Native, meshio};
 
@@ -55,9 +56,10 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         surface.polygon(&corners);
     }
     if more > 0 {
-        surface
-            .unread
-            .push(format!("colours or normals of {more} points and faces"));
+        surface.unread.push(Unread::new(
+            "colours",
+            format!("colours or normals of {more} points and faces"),
+        ));
     }
     Ok(surface.content("off", "ascii"))
 }

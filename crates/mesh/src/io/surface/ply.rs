@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::Surface;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::scan::{Numbers, Scan};
 use crate::io::{Content, Native, meshio};
 use crate::mesh::{Field, Support, Values};
@@ -193,13 +194,17 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             }
         }
         if lists > 0 {
-            surface.unread.push(format!("{lists} lists of {name}"));
+            surface
+                .unread
+                .push(Unread::new(&name, format!("{lists} lists of {name}")));
         }
         let on = match name.as_str() {
             "vertex" => Support::Points,
             "face" | "edge" => Support::Cells,
             other => {
-                surface.unread.push(format!("{rows} rows of {other}"));
+                surface
+                    .unread
+                    .push(Unread::new(other, format!("{rows} rows of {other}")));
                 continue;
             }
         };

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::Surface;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::recognise::{begins, head_has};
 use crate::io::scan::{Numbers, Scan};
 use crate::io::{Content, Native, meshio};
@@ -58,9 +59,10 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             surface.polygon(&corners);
         }
         if marked > 0 {
-            surface
-                .unread
-                .push(format!("the attributes of {marked} triangles"));
+            surface.unread.push(Unread::new(
+                "attributes",
+                format!("the attributes of {marked} triangles"),
+            ));
         }
         return Ok(surface.content("stl", "binary-little"));
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::elements;
 use super::results;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::Content;
 use crate::io::builder::{Builder, Lookup, Numbering, points_in_order};
 use crate::io::scan::Scan;
@@ -26,7 +27,7 @@ pub struct Reader<'a> {
     groups: Vec<Group>,
     /// The numbers of the property and of the material of each element.
     marks: Vec<[i32; 2]>,
-    pub unread: Vec<String>,
+    pub unread: Vec<Unread>,
     warnings: Vec<String>,
 }
 
@@ -97,7 +98,10 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         }
     }
     for number in others {
-        reader.unread.push(format!("the dataset {number}"));
+        reader.unread.push(Unread::new(
+            format!("dataset {number}"),
+            format!("the dataset {number}"),
+        ));
     }
     Ok(Content {
         mesh: reader.builder.finish(),
@@ -229,8 +233,9 @@ impl<'a> Reader<'a> {
             others += usize::from(kind != 0 || rows != usual);
         }
         if others > 0 {
-            self.unread.push(format!(
-                "{others} local coordinate systems: coordinates are taken as they stand"
+            self.unread.push(Unread::new(
+                "coordinate systems",
+                format!("{others} local coordinate systems: coordinates are taken as they stand"),
             ));
         }
         Ok(())
@@ -272,8 +277,9 @@ impl<'a> Reader<'a> {
                 .push(marks.map(|mark| i32::try_from(mark).unwrap_or(0)));
         }
         for (descriptor, count) in unknown {
-            self.unread.push(format!(
-                "the elements of type {descriptor} with {count} nodes"
+            self.unread.push(Unread::new(
+                "elements",
+                format!("the elements of type {descriptor} with {count} nodes"),
             ));
         }
         Ok(())
@@ -319,9 +325,12 @@ impl<'a> Reader<'a> {
                 }
             }
             if others > 0 {
-                self.unread.push(format!(
-                    "{others} members of the group {:?} that are neither nodes nor elements",
-                    group.name
+                self.unread.push(Unread::new(
+                    &group.name,
+                    format!(
+                        "{others} members of the group {:?} that are neither nodes nor elements",
+                        group.name
+                    ),
                 ));
             }
             self.groups.push(group);
@@ -357,9 +366,12 @@ impl<'a> Reader<'a> {
                 }
             }
             if lost > 0 {
-                self.unread.push(format!(
-                    "{lost} members of the group {:?}, which do not exist",
-                    group.name
+                self.unread.push(Unread::new(
+                    &group.name,
+                    format!(
+                        "{lost} members of the group {:?}, which do not exist",
+                        group.name
+                    ),
                 ));
             }
             self.builder.numbered_set(group.name, group.number, members);

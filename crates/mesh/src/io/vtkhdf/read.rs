@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::field::{GlobalArray, to_i64};
+use crate::field::{GlobalArray, Unread, to_i64};
 use crate::io::Content;
 use crate::io::hdf5::{self, Data, Group};
 use crate::io::vtu::Decoded;
@@ -39,7 +39,7 @@ struct Reader {
     steps: Option<Group>,
     is_poly: bool,
     budget: Budget,
-    unread: Vec<String>,
+    unread: Vec<Unread>,
     warnings: Vec<String>,
 }
 
@@ -115,11 +115,20 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         }));
     }
     if others > 0 {
-        reader.unread.push(format!(
-            "{others} of {} times, at which the mesh is another than at the first",
-            times.len()
+        reader.unread.push(Unread::new(
+            "times",
+            format!(
+                "{others} of {} times, at which the mesh is another than at the first",
+                times.len()
+            ),
         ));
     }
+    // Parts without cells have one offset all the same.
+    let name = |path: &str| {
+        let name = path.rsplit('/').next().filter(|name| *name != "Offsets");
+        name.map(str::to_owned)
+    };
+    reader.root.unread(&mut reader.unread, name)?;
     decoded.warnings = reader.warnings;
     decoded.unread = reader.unread;
     let mut content = decoded.content(path, "vtkhdf", Some(version.join(".")))?;
@@ -277,6 +286,9 @@ impl Reader {
                     };
                     // Each part has one offset more than cells, the first being 0.
                     let first = cell[k] + part + 1;
+                    if data("Offsets", first - 1..first)?.integers().as_deref() != Some(&[0]) {
+                        return Err(group.refuse("the first offset of a part is not 0"));
+                    }
                     let ends = data("Offsets", first..first + count)?;
                     let connectivity = data("Connectivity", node[k]..node[k] + nodes)?;
                     let source = Source {
@@ -357,7 +369,7 @@ impl Reader {
         for name in group.names()?.1 {
             let data = group.needed(&name)?;
             if data.is_text() {
-                self.tell(format!("the texts {name:?} on {on}"));
+                self.tell(&name, format!("the texts {name:?} on {on}"));
                 continue;
             }
             let offsets = format!("{folder}Offsets/{name}");
@@ -368,9 +380,10 @@ impl Reader {
         Ok(arrays)
     }
 
-    fn tell(&mut self, what: String) {
-        if !self.unread.contains(&what) {
-            self.unread.push(what);
+    fn tell(&mut self, name: &str, what: String) {
+        let unread = Unread::new(name, what);
+        if !self.unread.contains(&unread) {
+            self.unread.push(unread);
         }
     }
 

@@ -9,6 +9,7 @@ use super::unpack::{Budget, Packing, Unpacked};
 use super::xml::ArrayTag;
 use crate::cancel;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::mesh::Values;
 use std::borrow::Cow;
 
@@ -109,10 +110,11 @@ impl<'a> Decoder<'a> {
                 ));
             }
             if there > count {
-                self.warnings.push(format!(
-                    "array {:?} has {there} numbers where the counts make {count}; the rest is left out",
+                let what = format!(
+                    "the rest of the array {:?}, which has {there} numbers where the counts make {count}",
                     tag.name
-                ));
+                );
+                self.unread.push(Unread::new(&tag.name, what));
                 numbers.truncate(count as usize);
             }
         }

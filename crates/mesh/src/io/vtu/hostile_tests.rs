@@ -225,10 +225,8 @@ fn what_the_mesh_has_no_place_for_is_told() {
         let read = file(|f| f.array = f.array.replace("Float32", kind))
             .read()
             .expect("the rest is sound");
-        assert_eq!(
-            read.unread,
-            [format!("the array \"u\" of {kind} on points")]
-        );
+        let what = format!("the array \"u\" of {kind} on points");
+        assert_eq!(read.unread, [&*what]);
     }
 }
 

@@ -29,7 +29,7 @@ pub(crate) mod xml;
 pub use write::write;
 
 use crate::error::{Error, Place, Result};
-use crate::field::GlobalArray;
+use crate::field::{GlobalArray, Unread};
 use crate::file;
 use crate::io::recognise::begins;
 use crate::io::{Content, Job, Native, bytes};
@@ -199,7 +199,7 @@ pub(crate) struct Decoded {
     pub whole: Vec<GlobalArray>,
     pub encoding: String,
     pub warnings: Vec<String>,
-    pub unread: Vec<String>,
+    pub unread: Vec<Unread>,
     pub ghosts: usize,
 }
 
@@ -274,10 +274,13 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
             match all.whole.iter().find(|known| known.name == array.name) {
                 None => all.whole.push(array),
                 Some(known) if known.same_bits(&array) => {}
-                Some(_) => all.warnings.push(format!(
-                    "{:?} differs among the pieces; the first is kept, not that of {source:?}",
-                    array.name
-                )),
+                Some(_) => {
+                    let what = format!(
+                        "{:?} of the piece {source:?}, which differs from that of another",
+                        array.name
+                    );
+                    all.unread.push(Unread::new(&array.name, what));
+                }
             }
         }
     }

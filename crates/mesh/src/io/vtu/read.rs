@@ -10,7 +10,7 @@ use super::topology::{Cells, Part, Source};
 use super::unpack::Budget;
 use super::xml::{ArrayTag, Document, Grid, POLYGONS, PieceTag};
 use crate::error::{Error, Place, Result};
-use crate::field::{GlobalArray, GlobalValues, to_i64};
+use crate::field::{GlobalArray, GlobalValues, Unread, to_i64};
 use crate::mesh::{Array, Field, Polyhedra, Support, Values};
 use std::collections::HashSet;
 use std::path::Path;
@@ -22,7 +22,7 @@ pub(super) struct Decoder<'a> {
     pub budget: Budget,
     pub warnings: Vec<String>,
     /// Arrays that the mesh has no place for.
-    pub unread: Vec<String>,
+    pub unread: Vec<Unread>,
 }
 
 /// The arrays of faces of polyhedra before VTK 9.4, and from then on.
@@ -294,8 +294,10 @@ impl<'a> Decoder<'a> {
         for tag in tags {
             if !with_type!(tag.type_name.as_str(), T => T::WIDTH > 0, false) {
                 let (kind, name) = (&tag.type_name, &tag.name);
-                self.unread
-                    .push(format!("the array {name:?} of {kind} on {on}"));
+                self.unread.push(Unread::new(
+                    name,
+                    format!("the array {name:?} of {kind} on {on}"),
+                ));
                 continue;
             }
             let components = self.components(tag)?;

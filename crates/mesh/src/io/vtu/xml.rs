@@ -461,7 +461,7 @@ impl<'a> ArrayTag<'a> {
         Ok(ArrayTag {
             byte: tag.byte,
             name: tag.exact("Name").unwrap_or_default().to_owned(),
-            type_name: word("type").unwrap_or_default().to_owned(),
+            type_name: type_name(word("type").unwrap_or_default()),
             components: count(tag, "NumberOfComponents")?,
             tuples: count(tag, "NumberOfTuples")?,
             // VTK's default.
@@ -470,4 +470,24 @@ impl<'a> ArrayTag<'a> {
             texts,
         })
     }
+}
+
+/// The type of an array as VTK calls it, where another case or the word of another program means one.
+fn type_name(word: &str) -> String {
+    let lower = word.to_ascii_lowercase();
+    let known = match &*lower {
+        "int8" => "Int8",
+        "uint8" => "UInt8",
+        "int16" => "Int16",
+        "uint16" => "UInt16",
+        "int32" | "int" => "Int32",
+        "uint32" => "UInt32",
+        "int64" | "vtkidtype" => "Int64",
+        "uint64" => "UInt64",
+        "float32" | "float" => "Float32",
+        "float64" | "double" => "Float64",
+        "string" => "String",
+        _ => word,
+    };
+    known.to_owned()
 }

@@ -10,7 +10,7 @@ use super::item::Items;
 use super::topology;
 use super::tree::Tree;
 use crate::error::Result;
-use crate::field::GlobalArray;
+use crate::field::{GlobalArray, Unread};
 use crate::io::Content;
 use crate::io::sets::Sets;
 use crate::mesh::CellBlock;
@@ -35,7 +35,7 @@ struct Reader<'a> {
     /// The topologies whose groups have been read.
     numbered: HashSet<String>,
     whole: Vec<GlobalArray>,
-    unread: Vec<String>,
+    unread: Vec<Unread>,
 }
 
 fn tree<'a>(path: &Path, bytes: &'a [u8]) -> Result<Tree<'a>> {
@@ -81,6 +81,11 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         unread: Vec::new(),
     };
     reader.read(&grids)?;
+    let domains = tree.all("Domain").len();
+    if domains > 1 {
+        let what = format!("{} further domains", domains - 1);
+        reader.unread.push(Unread::new("Domain", what));
+    }
     let version = tree
         .all("Xdmf")
         .first()
@@ -203,15 +208,24 @@ impl Reader<'_> {
             .filter(|grid| !tags.iter().any(|tags| std::ptr::eq(*tags, *grid)))
         {
             if !is_base(&grid) && !self.is_known(grid)? {
-                others.extend(grid.time.map(f64::to_bits));
+                match grid.time {
+                    Some(time) => drop(others.insert(time.to_bits())),
+                    None => {
+                        let what = format!("the grid {:?}, whose mesh is another", grid.name);
+                        self.unread.push(Unread::new(&grid.name, what));
+                    }
+                }
                 continue;
             }
             self.attributes(grid)?;
         }
         if !others.is_empty() {
-            self.unread.push(format!(
-                "{} times, at which the mesh is another than at the first",
-                others.len()
+            self.unread.push(Unread::new(
+                "times",
+                format!(
+                    "{} times, at which the mesh is another than at the first",
+                    others.len()
+                ),
             ));
         }
         for grid in tags {

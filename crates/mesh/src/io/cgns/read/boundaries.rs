@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Members, Reader, Zone, polytopes::face};
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::cgns::tree::Node;
 use crate::io::sets::{self, Runs};
 
@@ -17,9 +18,12 @@ impl Reader {
         for list in node.labelled("ZoneBC_t")? {
             for boundary in list.labelled("BC_t")? {
                 let Some(members) = self.members(&boundary, zone)? else {
-                    self.unread.push(format!(
-                        "the boundary condition {:?}, whose place is not understood",
-                        boundary.name()
+                    self.unread.push(Unread::new(
+                        boundary.name(),
+                        format!(
+                            "the boundary condition {:?}, whose place is not understood",
+                            boundary.name()
+                        ),
                     ));
                     continue;
                 };

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Reader, Zone};
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::cgns::tree::Node;
 use crate::mesh::{Field, Support};
 
@@ -32,9 +33,9 @@ impl Reader {
                     zone.cells.0.iter().cloned().flatten().collect(),
                 ),
                 other => {
-                    self.unread.push(format!(
-                        "the solution {:?} on each {other}",
-                        solution.name()
+                    self.unread.push(Unread::new(
+                        solution.name(),
+                        format!("the solution {:?} on each {other}", solution.name()),
                     ));
                     continue;
                 }
@@ -46,10 +47,13 @@ impl Reader {
                     .values()?
                     .filter(|values| values.len() == items.len() && !items.is_empty())
                 else {
-                    self.unread.push(format!(
-                        "{:?} of the solution {:?}, which is not of its size",
+                    self.unread.push(Unread::new(
                         array.name(),
-                        solution.name()
+                        format!(
+                            "{:?} of the solution {:?}, which is not of its size",
+                            array.name(),
+                            solution.name()
+                        ),
                     ));
                     continue;
                 };

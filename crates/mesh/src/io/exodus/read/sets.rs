@@ -2,6 +2,7 @@
 
 use super::Reader;
 use crate::error::Result;
+use crate::field::Unread;
 use crate::io::exodus::cells;
 use crate::mesh::Shape;
 
@@ -50,8 +51,10 @@ impl Reader<'_> {
                 (of_polytopes, "polygons and polyhedra"),
             ] {
                 if count > 0 {
-                    self.unread
-                        .push(format!("{count} sides of the side set {tag}, of {of}"));
+                    self.unread.push(Unread::new(
+                        &name,
+                        format!("{count} sides of the side set {tag}, of {of}"),
+                    ));
                 }
             }
         }

@@ -41,9 +41,10 @@ impl Reader<'_> {
                 self.variable(&format!("vals_nod_var{}", k + 1), "vals_nod_var", k, step)?;
             match values.filter(|values| values.len() == points && points > 0) {
                 Some(values) => self.add(Field::new(name, Support::Points, 1, values), step, time),
-                None => self.tell(format!(
-                    "the variable {name:?} on nodes, whose values are not there"
-                )),
+                None => self.tell(
+                    &name,
+                    format!("the variable {name:?} on nodes, whose values are not there"),
+                ),
             }
         }
         Ok(())
@@ -65,7 +66,7 @@ impl Reader<'_> {
             .into_iter()
             .enumerate()
         {
-            let (mut at, mut parts) = (Vec::new(), Vec::new());
+            let (mut at, mut parts, mut odd) = (Vec::new(), Vec::new(), 0);
             let mut first = 0;
             for (b, block) in self.blocks.iter().enumerate() {
                 let cells = first..first + block.count as u32;
@@ -74,15 +75,20 @@ impl Reader<'_> {
                 let found = self
                     .file
                     .row(&format!("vals_elem_var{}eb{}", k + 1, b + 1), step)?;
-                if let Some(values) = found.filter(|values| values.len() == block.count) {
-                    at.extend(cells);
-                    parts.push(values);
+                match found {
+                    Some(values) if values.len() == block.count => {
+                        at.extend(cells);
+                        parts.push(values);
+                    }
+                    Some(_) => odd += 1,
+                    None => {}
                 }
             }
-            if at.is_empty() {
-                self.tell(format!(
-                    "the variable {name:?} on elements, whose values are not there"
-                ));
+            if at.is_empty() || odd > 0 {
+                let what = format!(
+                    "the variable {name:?} on elements, whose values are not there or not one an element"
+                );
+                self.tell(&name, what);
                 continue;
             }
             let at = if at.len() == first as usize {

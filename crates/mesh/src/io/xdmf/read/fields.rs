@@ -2,7 +2,7 @@
 
 use super::{Grid, Reader};
 use crate::error::Result;
-use crate::field::GlobalArray;
+use crate::field::{GlobalArray, Unread};
 use crate::io::xdmf::GROUP;
 use crate::io::xdmf::item::Item;
 use crate::mesh::{Field, Support, Values};
@@ -17,7 +17,8 @@ impl Reader<'_> {
                 .is_some_and(|kind| kind.eq_ignore_ascii_case("FiniteElementFunction"))
             {
                 if let Err(what) = self.function(grid, attribute, &name)? {
-                    self.unread.push(format!("the function {name:?}, {what}"));
+                    self.unread
+                        .push(Unread::new(&name, format!("the function {name:?}, {what}")));
                 }
                 continue;
             }
@@ -34,18 +35,25 @@ impl Reader<'_> {
                 "grid" => {
                     let item = self.items.only(attribute)?;
                     let (_, components) = item.rows();
-                    if self.whole.iter().any(|known| known.name == name) {
-                        continue;
-                    }
-                    self.whole.push(GlobalArray {
+                    let array = GlobalArray {
                         components: components.max(1),
                         ..GlobalArray::numbers(name, item.values())
-                    });
+                    };
+                    match self.whole.iter().find(|known| known.name == array.name) {
+                        None => self.whole.push(array),
+                        Some(known) if known.same_bits(&array) => {}
+                        Some(_) => {
+                            let what = format!("{:?} of further grids, which differs", array.name);
+                            self.unread.push(Unread::new(&array.name, what));
+                        }
+                    }
                     continue;
                 }
                 other => {
-                    self.unread
-                        .push(format!("the attribute {name:?} on each {other}"));
+                    self.unread.push(Unread::new(
+                        &name,
+                        format!("the attribute {name:?} on each {other}"),
+                    ));
                     continue;
                 }
             };
