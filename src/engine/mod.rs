@@ -1,6 +1,7 @@
 //! Engines: the codes that solve the problem. Each gets the same cases and returns the dofs of
 //! the same spaces; everything that is compared is derived from those dofs in one place.
 
+mod bounds;
 mod explain;
 mod fenicsx;
 mod file;
@@ -16,6 +17,8 @@ mod recorded;
 mod rust;
 mod sandbox;
 mod script;
+mod seccomp;
+mod shown;
 mod version;
 mod within;
 

@@ -8,13 +8,14 @@ use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
 
+use super::bounds::Bounds;
 use super::kept::digest;
 use super::process;
 use super::program::Folder;
 use super::sandbox::{self, Allowed};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
-use faceoff_mesh::file::{self, beneath};
+use faceoff_mesh::file;
 use faceoff_mesh::io::{self, Format, Options, Series, msh};
 use faceoff_mesh::mesh::Mesh;
 
@@ -177,16 +178,16 @@ impl Script {
         }
         let program = at.join("command.txt");
         io::save(&program, [by_hand(&self.home, &words).as_bytes()])?;
+        let bounds = how.sandbox.then(|| Bounds::new(at));
         if how.sandbox {
             let allowed = Allowed {
                 read: vec![self.home.clone()],
-                write: vec![],
+                ..Allowed::default()
             };
             command = sandbox::enclose(&command, at, &allowed)?;
-            command.current_dir(&self.home);
         }
         let (begin, clock) = (SystemTime::now() - COARSE, Instant::now());
-        process::run(&self.name, &command, at, how.time_limit, |_| {}).map_err(
+        process::run(&self.name, &command, at, how.time_limit, bounds, |_| {}).map_err(
             |error| match error {
                 Error::Engine { what, .. } => {
                     let remedy = match how.keep {
@@ -200,6 +201,13 @@ impl Script {
             },
         )?;
         let seconds = clock.elapsed().as_secs_f64();
+        if !std::fs::symlink_metadata(&out).is_ok_and(|found| found.is_dir()) {
+            let what = "it has put something else in the place of its folder {out}".into();
+            return Err(refuse(
+                what,
+                "let it write into that folder, and leave the folder",
+            ));
+        }
         let place = if self.has_out() { &out } else { &self.home };
         let left = self.left(place, Some(begin), seconds)?;
         if let Some(into) = &how.into {
@@ -257,13 +265,10 @@ impl Script {
     /// A file that this run has written.
     fn written(&self, place: &Path, name: &str, begin: Option<SystemTime>) -> Result<PathBuf> {
         let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
-        let path = beneath(place, name).ok_or_else(|| {
-            refuse(
-                format!("`{name}` lies outside of its folder"),
-                "let it write into {out}",
-            )
-        })?;
-        let Ok(found) = std::fs::metadata(&path) else {
+        let path = place.join(name);
+        let opened = file::open_beneath(place, name);
+        let is_missing = |e: &std::io::Error| e.kind() == std::io::ErrorKind::NotFound;
+        if opened.as_ref().is_err_and(is_missing) {
             let mut names: Vec<String> = std::fs::read_dir(place)
                 .into_iter()
                 .flatten()
@@ -280,7 +285,10 @@ impl Script {
                 format!("it ended well and has not written {name}{there}"),
                 "let it write into {out}, or correct `result`",
             ));
-        };
+        }
+        let found = opened.and_then(|file| file.metadata());
+        let found =
+            found.map_err(|e| refuse(format!("{name}: {e}"), "let it write a file into {out}"))?;
         let is_older = |begin| found.modified().is_ok_and(|time| time < begin);
         if begin.is_some_and(is_older) {
             return Err(refuse(
@@ -310,7 +318,8 @@ impl Script {
     ) -> Result<BTreeMap<String, f64>> {
         let path = self.written(place, name, begin)?;
         let mut numbers = BTreeMap::new();
-        for (line, text) in file::text(&path)?.lines().enumerate() {
+        let text = file::text(&path)?;
+        for (line, text) in text.lines().enumerate() {
             let refuse = |what: String| refuse_line(&self.name, name, line + 1, what);
             let text = text.trim();
             if text.is_empty() || text.starts_with('#') || line == 0 && text == "name,value" {
@@ -339,11 +348,20 @@ fn refuse_line(code: &str, file: &str, line: usize, what: String) -> Error {
     )
 }
 
-/// Copies all regular files of a folder and of those in it; what links to elsewhere is left.
+/// Copies all regular files of a folder and of those in it. No link is followed, neither there nor to there.
 ///
 /// # Errors
-/// Files that cannot be read or written.
+/// Files that cannot be read or written, and links.
 pub fn copy(from: &Path, to: &Path) -> Result<()> {
+    let is_link =
+        |path: &Path| std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
+    let refuse = |path: &Path| {
+        let what = format!("{} is a link, which might lead anywhere", path.display());
+        Error::usage(what, "put the file or the folder itself there")
+    };
+    for path in [from, to].into_iter().filter(|path| is_link(path)) {
+        return Err(refuse(path));
+    }
     std::fs::create_dir_all(to).map_err(Error::io(to, "make"))?;
     for entry in std::fs::read_dir(from).map_err(Error::io(from, "read"))? {
         let entry = entry.map_err(Error::io(from, "read"))?;
@@ -352,7 +370,12 @@ pub fn copy(from: &Path, to: &Path) -> Result<()> {
         if kind.is_dir() {
             copy(&path, &target)?;
         } else if kind.is_file() {
-            std::fs::copy(&path, &target).map_err(Error::io(&target, "write"))?;
+            if is_link(&target) {
+                return Err(refuse(&target));
+            }
+            file::copy_beneath(from, entry.file_name(), &target)?;
+        } else if kind.is_symlink() {
+            return Err(refuse(&path));
         }
     }
     Ok(())
