@@ -180,7 +180,7 @@ fn no_mpirun() -> Error {
 /// Imports dolfinx in a process of its own.
 pub(super) fn probe(within: &Within) -> Result<String> {
     let python = python(within).ok_or_else(missing)?;
-    let folder = faceoff_mesh::file::Temporary::new()?;
+    let folder = file::Temporary::new()?;
     let question = "import dolfinx, dolfinx.fem.petsc; print('version', dolfinx.__version__)";
     let mut command = Command::new(python);
     command.args(["-c", question]);
