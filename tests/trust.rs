@@ -550,6 +550,24 @@ raise SystemExit("error " + ", ".join(told))
     );
     // What it wrote went with the sandbox.
     assert!(!written.exists(), "{seen}");
+    // A name without a folder is that of a file here.
+    let ran = run(
+        &home.join("engine"),
+        &[
+            "verify",
+            "one-zone",
+            "--n",
+            "4",
+            "--engines",
+            "rust,mine.toml",
+            "--sandbox",
+        ],
+    );
+    assert!(
+        ran.stderr.contains("no variable, no file"),
+        "{}",
+        ran.stderr
+    );
     let words = ["verify", "one-zone", "--n", "4", "--sandbox"];
     let ran = run(home, &words);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
@@ -559,4 +577,22 @@ raise SystemExit("error " + ", ".join(told))
     let engines = format!("rust,{skfem}");
     let ran = run(home, &[&words[..], &["--engines", &engines]].concat());
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+}
+
+/// Ways out that we know, tried by programs that want out; tests/run tries those that take long as well, and as another user.
+#[test]
+fn no_program_leaves_the_sandbox() {
+    let mut tried = std::process::Command::new("/usr/bin/python3");
+    tried
+        .arg(source("tests/sandbox.py"))
+        .arg(env!("CARGO_BIN_EXE_faceoff"))
+        .args(["looks", "links", "commands", "refusals"]);
+    let ran = told(tried.output().unwrap());
+    // 3: there is no sandbox here, and nothing ran.
+    assert!(
+        matches!(ran.code, Some(0 | 3)),
+        "{}{}",
+        ran.stdout,
+        ran.stderr
+    );
 }

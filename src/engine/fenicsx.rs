@@ -12,6 +12,7 @@ use super::within::Within;
 use super::{Case, Launch, Settings, lock, version};
 use faceoff_fem::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file;
 
 /// The companion: the script that is run, and what it imports.
 const SCRIPTS: [(&str, &str); 4] = [
@@ -77,11 +78,9 @@ pub(super) fn command(
             fs::create_dir_all(&home).map_err(Error::io(&home, "make"))?;
             for (name, text) in SCRIPTS {
                 let path = home.join(name);
-                match scripts.map(|scripts| scripts.join(name)) {
+                match scripts {
                     None => fs::write(&path, text).map_err(Error::io(&path, "write"))?,
-                    Some(script) => {
-                        fs::copy(&script, &path).map_err(Error::io(&script, "copy"))?;
-                    }
+                    Some(scripts) => file::copy_beneath(scripts, name, &path)?,
                 }
             }
             home
@@ -181,7 +180,7 @@ fn no_mpirun() -> Error {
 /// Imports dolfinx in a process of its own.
 pub(super) fn probe(within: &Within) -> Result<String> {
     let python = python(within).ok_or_else(missing)?;
-    let folder = faceoff_mesh::file::Temporary::new()?;
+    let folder = file::Temporary::new()?;
     let question = "import dolfinx, dolfinx.fem.petsc; print('version', dolfinx.__version__)";
     let mut command = Command::new(python);
     command.args(["-c", question]);
@@ -192,6 +191,12 @@ pub(super) fn probe(within: &Within) -> Result<String> {
     version::accept("fenicsx", &version)?;
     Ok(version)
 }
+
+/// Programs in sandboxes have a cache of their own, in this folder of the other: nobody else loads what they left.
+pub(super) const OF_SANDBOXES: &str = "sandbox";
+
+/// Where FFCx keeps forms in a cache.
+const FORMS: [&str; 2] = ["fenics", "sandbox/fenics"];
 
 /// The cache of compiled forms of this process.
 static CACHE: Mutex<Cache> = Mutex::new(Cache::Unknown);
@@ -224,7 +229,9 @@ fn share() -> Option<(PathBuf, File)> {
     fs::create_dir_all(&path).ok()?;
     let lock = File::create(path.join("lock")).ok()?;
     if lock.try_lock().is_ok() {
-        remove_unfinished(&path.join("fenics"));
+        for forms in FORMS {
+            remove_unfinished(&path.join(forms));
+        }
         lock.unlock().ok()?;
     }
     lock.lock_shared().ok()?;
@@ -240,10 +247,10 @@ pub(super) fn give_up_cache(folder: &Path, failure: &Error) -> bool {
     let Cache::Shared(path, lock) = &*held else {
         return false;
     };
-    let forms = path.join("fenics");
-    let log = fs::read(folder.join("log.txt")).unwrap_or_default();
+    let forms = FORMS.map(|forms| path.join(forms));
+    let log = file::read_beneath(folder, "log.txt", 64 << 20).unwrap_or_default();
     let told = format!("{} {failure}", String::from_utf8_lossy(&log));
-    let of_cache = forms.to_string_lossy();
+    let [ours, of_sandboxes] = forms.each_ref().map(|forms| forms.to_string_lossy());
     // As the system, mpirun and PETSc report a crash.
     let signs = [
         "SIGSEGV",
@@ -251,14 +258,18 @@ pub(super) fn give_up_cache(folder: &Path, failure: &Error) -> bool {
         "Segmentation",
         "Bus error",
         "Caught signal",
-        &of_cache,
+        &ours,
+        &of_sandboxes,
     ];
     if !signs.iter().any(|sign| told.contains(sign)) {
         return false;
     }
-    tracing::warn!(cache = %forms.display(), "broken, and given up");
-    let mended =
-        lock.try_lock().is_ok() && fs::remove_dir_all(&forms).is_ok() && lock.lock_shared().is_ok();
+    tracing::warn!(cache = %path.display(), "broken, and given up");
+    let removed = || {
+        let is_gone = |forms: &PathBuf| fs::remove_dir_all(forms).is_ok() || !forms.exists();
+        forms.iter().all(is_gone)
+    };
+    let mended = lock.try_lock().is_ok() && removed() && lock.lock_shared().is_ok();
     if !mended {
         *held = Cache::OfJob;
     }

@@ -47,10 +47,7 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>, within: &Within) ->
         let script = folder.join(name);
         match scripts {
             None => fs::write(&script, text).map_err(Error::io(&script, "write"))?,
-            Some(scripts) => {
-                let source = scripts.join(name);
-                fs::copy(&source, &script).map_err(Error::io(&source, "copy"))?;
-            }
+            Some(scripts) => file::copy_beneath(scripts, name, &script)?,
         }
     }
     let mut command = Command::new(program(within).ok_or_else(missing)?);

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::fs;
 
+use faceoff_mesh::memory;
 use serde::Serialize;
 
 /// Where, and with what build, something was measured.
@@ -70,37 +71,77 @@ fn largest(_: bool) -> f64 {
     f64::NAN
 }
 
-/// Memory that this process and all that it started hold, in bytes; 0 where the system does not report it.
+/// Memory that this process and all that it started hold, in bytes, with the files that sandboxed programs have in memory; 0
+/// where the system does not report it.
 pub fn held_memory() -> u64 {
-    // Of each process: its parent, and what it holds besides mapped files.
+    let (mut own, mut shared) = (0, 0);
+    let mut folders = HashMap::new();
+    for (id, text) in below(std::process::id()) {
+        own += megabytes(&text, "RssAnon").map_or(0, bytes);
+        // What several share counts once, and takes longer to find out.
+        if megabytes(&text, "RssShmem").is_some_and(|held| held > 16.0) {
+            let text = fs::read_to_string(format!("/proc/{id}/smaps_rollup")).unwrap_or_default();
+            shared += megabytes(&text, "Pss_Shmem").map_or(0, bytes);
+        }
+        for place in ["dev/shm", "tmp"] {
+            let path = format!("/proc/{id}/root/{place}");
+            folders.extend(memory::of_folder(path.as_ref()));
+        }
+    }
+    // Those of the system are not ours.
+    for place in ["/dev/shm", "/tmp"] {
+        if let Some((device, _)) = memory::of_folder(place.as_ref()) {
+            folders.remove(&device);
+        }
+    }
+    own + shared.max(folders.values().sum())
+}
+
+fn bytes(megabytes: f64) -> u64 {
+    (megabytes * 1024.0 * 1024.0) as u64
+}
+
+/// What the system reports of the process `ancestor` and of all that it started, by their numbers.
+pub(super) fn below(ancestor: u32) -> HashMap<u32, String> {
     let mut processes = HashMap::new();
     for entry in fs::read_dir("/proc").into_iter().flatten().flatten() {
-        let Some(id) = entry
-            .file_name()
-            .to_str()
-            .and_then(|name| name.parse::<u32>().ok())
-        else {
+        let name = entry.file_name();
+        let Some(id) = name.to_str().and_then(|name| name.parse::<u32>().ok()) else {
             continue;
         };
         let text = fs::read_to_string(entry.path().join("status")).unwrap_or_default();
-        let parent = field(&text, "PPid").and_then(|parent| parent.parse::<u32>().ok());
-        let held = megabytes(&text, "RssAnon").unwrap_or(0.0) * 1024.0 * 1024.0;
-        processes.insert(id, (parent, held as u64));
+        processes.insert(id, (count(&text, "PPid"), text));
     }
-    let own = std::process::id();
-    let is_ours = |mut id: u32| {
+    let is_below = |mut id: u32| {
         // Deeper than any chain of parents, should one change while it is followed.
-        for _ in 0..64 {
+        for _ in 0..processes.len() {
             match processes.get(&id) {
-                _ if id == own => return true,
-                Some((Some(parent), _)) => id = *parent,
+                _ if id == ancestor => return true,
+                Some((Some(parent), _)) => id = *parent as u32,
                 _ => return false,
             }
         }
         false
     };
-    let ours = processes.iter().filter(|(id, _)| is_ours(**id));
-    ours.map(|(_, (_, held))| held).sum()
+    let ours: Vec<u32> = processes
+        .keys()
+        .copied()
+        .filter(|id| is_below(*id))
+        .collect();
+    let text = |id: u32| Some((id, processes.remove(&id)?.1));
+    ours.into_iter().filter_map(text).collect()
+}
+
+/// Processes and threads of the whole system; 0 where it does not report them.
+pub(super) fn tasks() -> usize {
+    let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    let all = text.split(['/', ' ']).nth(4);
+    all.and_then(|all| all.parse().ok()).unwrap_or(0)
+}
+
+/// A line `name: 12`.
+pub(super) fn count(text: &str, name: &str) -> Option<usize> {
+    field(text, name)?.parse().ok()
 }
 
 /// The largest memory that this process held from a moment on.
@@ -152,6 +193,8 @@ mod tests {
         assert_eq!(megabytes(text, "VmHWM"), Some(2.0));
         assert_eq!(megabytes(text, "VmRSS"), None);
         assert!(Machine::here().threads > 0);
+        assert!(below(std::process::id()).contains_key(&std::process::id()));
+        assert!(tasks() > 1 && held_memory() > 0);
     }
 
     /// The peak is one of a whole process, so this test runs itself again in a process of its own.

@@ -1,6 +1,7 @@
 //! Engines: the codes that solve the problem. Each gets the same cases and returns the dofs of
 //! the same spaces; everything that is compared is derived from those dofs in one place.
 
+mod bounds;
 mod depends;
 mod explain;
 mod fenicsx;
@@ -17,6 +18,8 @@ mod recorded;
 mod rust;
 mod sandbox;
 mod script;
+mod seccomp;
+mod shown;
 mod version;
 mod within;
 

@@ -6,8 +6,10 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
+use super::bounds::Bounds;
 use super::depends;
 use super::sandbox::{self, Allowed};
+use super::shown;
 use super::within::Within;
 use super::{
     Answer, Case, Engine, Launch, Progress, Run, Settings, fenicsx, freefem, job, process,
@@ -53,7 +55,7 @@ impl Program {
 
     /// Writes the job and returns the command that does it.
     fn prepare(&self, folder: &Path, cases: &[&Case], settings: &Settings) -> Result<Command> {
-        let command = self.command(folder, cases, settings)?;
+        let mut command = self.command(folder, cases, settings)?;
         if !settings.sandbox {
             return Ok(command);
         }
@@ -68,20 +70,21 @@ impl Program {
                 remedy,
             ));
         }
-        let absolute = |path: &Path| std::path::absolute(path).map_err(Error::io(path, "find"));
         let mut allowed = Allowed::default();
         match &self.kind {
-            Kind::Fenicsx { scripts: None } => allowed.write.push(fenicsx::cache(folder)),
-            Kind::FreeFem { scripts: None } => {}
-            Kind::FreeFem {
-                scripts: Some(home),
+            Kind::FreeFem { .. } => {}
+            Kind::Fenicsx { scripts } => {
+                // Those who run without a sandbox load what is in theirs.
+                let cache = match scripts {
+                    None => fenicsx::cache(folder).join(fenicsx::OF_SANDBOXES),
+                    Some(_) => folder.join("cache"),
+                };
+                fs::create_dir_all(&cache).map_err(Error::io(&cache, "make"))?;
+                command.env("XDG_CACHE_HOME", &cache);
+                allowed.write.push(cache);
+                allowed.programs.extend(fenicsx::python(&self.within));
             }
-            | Kind::Fenicsx {
-                scripts: Some(home),
-            } => {
-                allowed.read.push(absolute(home)?);
-            }
-            Kind::Other { folder: home, .. } => allowed.read.push(absolute(home)?),
+            Kind::Other { folder: home, .. } => allowed.read.push(home.clone()),
         }
         sandbox::enclose(&command, folder, &allowed)
     }
@@ -110,12 +113,12 @@ impl Program {
 
 /// The command of an engine file; words that are files beside it are meant to be those.
 fn other_command(words: &[String], home: &Path) -> Command {
+    // Where links and `..` lead, so that a sandbox that has this folder has them.
+    let home = shown::real(home).unwrap_or(home.to_owned());
     let resolve = |word: &String| {
         let beside = home.join(word);
         if beside.is_file() {
-            std::path::absolute(&beside)
-                .unwrap_or(beside)
-                .into_os_string()
+            beside.into_os_string()
         } else {
             word.into()
         }
@@ -193,6 +196,7 @@ impl Engine for Program {
             &command,
             &folder.path,
             settings.time_limit,
+            settings.sandbox.then(|| Bounds::new(&folder.path)),
             |_| {},
         ) {
             Err(Error::Ended(cause)) => Err(Error::Ended(cause)),
@@ -221,6 +225,8 @@ impl Engine for Program {
                 && self.within.is_here()
                 && fenicsx::give_up_cache(&folder.path, failure)
             {
+                // The job is written again, and never through a link that the program left.
+                empty(&folder.path)?;
                 done = run();
             }
             let told;
@@ -245,7 +251,9 @@ impl Program {
         step: impl Fn(usize, usize, f64) + Send + Sync,
     ) -> Result<(String, Vec<Answer>)> {
         let command = self.prepare(folder, cases, settings)?;
-        process::run(&self.name, &command, folder, settings.time_limit, |line| {
+        let bounds = settings.sandbox.then(|| Bounds::new(folder));
+        let limit = settings.time_limit;
+        process::run(&self.name, &command, folder, limit, bounds, |line| {
             if let Some((case, iteration, increment)) = parse_progress(line) {
                 step(case, iteration, increment);
             }

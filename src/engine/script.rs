@@ -10,13 +10,14 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
+use super::bounds::Bounds;
 use super::depends;
 use super::process;
 use super::program::Folder;
 use super::sandbox::{self, Allowed};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
-use faceoff_mesh::file::{self, beneath};
+use faceoff_mesh::file;
 use faceoff_mesh::io::{self, Format, Options, Series, msh};
 use faceoff_mesh::mesh::Mesh;
 
@@ -227,16 +228,16 @@ impl Script {
         }
         let program = at.join("command.txt");
         io::save(&program, [by_hand(&self.home, &words).as_bytes()])?;
+        let bounds = how.sandbox.then(|| Bounds::new(at));
         if how.sandbox {
             let allowed = Allowed {
                 read: vec![self.home.clone()],
-                write: vec![],
+                ..Allowed::default()
             };
             command = sandbox::enclose(&command, at, &allowed)?;
-            command.current_dir(&self.home);
         }
         let clock = Instant::now();
-        process::run(&self.name, &command, at, how.time_limit, |_| {}).map_err(
+        process::run(&self.name, &command, at, how.time_limit, bounds, |_| {}).map_err(
             |error| match error {
                 Error::Engine { what, .. } => {
                     let remedy = match how.keep {
@@ -301,13 +302,9 @@ impl Script {
     /// A file that it has written into its folder, which was empty.
     fn written(&self, place: &Path, name: &str) -> Result<PathBuf> {
         let refuse = |what: String, remedy: &str| Error::engine(&self.name, what, remedy);
-        let path = beneath(place, name).ok_or_else(|| {
-            refuse(
-                format!("`{name}` lies outside of its folder"),
-                "let it write into {out}",
-            )
-        })?;
-        if !path.exists() {
+        let opened = file::open_beneath(place, name);
+        let is_missing = |e: &std::io::Error| e.kind() == std::io::ErrorKind::NotFound;
+        if opened.as_ref().is_err_and(is_missing) {
             let mut names: Vec<String> = std::fs::read_dir(place)
                 .into_iter()
                 .flatten()
@@ -324,7 +321,26 @@ impl Script {
                 "let it write into {out}, or correct `result`",
             ));
         }
-        Ok(path)
+        if let Err(e) = opened {
+            let remedy = "let it write a file into {out}";
+            return Err(refuse(format!("{name}: {e}"), remedy));
+        }
+        Ok(place.join(name))
+    }
+
+    /// A pattern whose files are no links, which would lead to what it has not written.
+    fn unlinked(&self, pattern: PathBuf) -> Result<PathBuf> {
+        let name = pattern.file_name().unwrap_or_default().to_string_lossy();
+        let entries = pattern.parent().and_then(|folder| folder.read_dir().ok());
+        for entry in entries.into_iter().flatten().flatten() {
+            let known = entry.file_name();
+            let is_link = entry.file_type().is_ok_and(|kind| kind.is_symlink());
+            if is_link && io::matches(&name, &known.to_string_lossy()) {
+                let what = format!("{} is a link", known.display());
+                return Err(Error::engine(&self.name, what, "let it write a file into {out}"));
+            }
+        }
+        Ok(pattern)
     }
 
     /// What it was to write; a name may be a pattern of numbered files.
@@ -332,7 +348,7 @@ impl Script {
         let open = |name: &String| {
             let is_pattern = io::is_pattern(&place.join(name));
             let path = match beneath(place, name).filter(|_| is_pattern) {
-                Some(pattern) => pattern,
+                Some(pattern) => self.unlinked(pattern)?,
                 None => self.written(place, name)?,
             };
             Written::open(&path, format!("{name} of {}", self.name))
@@ -344,7 +360,8 @@ impl Script {
     fn read_numbers(&self, place: &Path, name: &str) -> Result<BTreeMap<String, f64>> {
         let path = self.written(place, name)?;
         let mut numbers = BTreeMap::new();
-        for (line, text) in file::text(&path)?.lines().enumerate() {
+        let text = file::text(&path)?;
+        for (line, text) in text.lines().enumerate() {
             let refuse = |what: String| refuse_line(&self.name, name, line + 1, what);
             let text = text.trim();
             if text.is_empty() || text.starts_with('#') || line == 0 && text == "name,value" {
@@ -373,11 +390,20 @@ fn refuse_line(code: &str, file: &str, line: usize, what: String) -> Error {
     )
 }
 
-/// Copies all regular files of a folder and of those in it; what links to elsewhere is left.
+/// Copies all regular files of a folder and of those in it. No link is followed, neither there nor to there.
 ///
 /// # Errors
-/// Files that cannot be read or written.
+/// Files that cannot be read or written, and links.
 pub fn copy(from: &Path, to: &Path) -> Result<()> {
+    let is_link =
+        |path: &Path| std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
+    let refuse = |path: &Path| {
+        let what = format!("{} is a link, which might lead anywhere", path.display());
+        Error::usage(what, "put the file or the folder itself there")
+    };
+    for path in [from, to].into_iter().filter(|path| is_link(path)) {
+        return Err(refuse(path));
+    }
     std::fs::create_dir_all(to).map_err(Error::io(to, "make"))?;
     for entry in std::fs::read_dir(from).map_err(Error::io(from, "read"))? {
         let entry = entry.map_err(Error::io(from, "read"))?;
@@ -386,7 +412,12 @@ pub fn copy(from: &Path, to: &Path) -> Result<()> {
         if kind.is_dir() {
             copy(&path, &target)?;
         } else if kind.is_file() {
-            std::fs::copy(&path, &target).map_err(Error::io(&target, "write"))?;
+            if is_link(&target) {
+                return Err(refuse(&target));
+            }
+            file::copy_beneath(from, entry.file_name(), &target)?;
+        } else if kind.is_symlink() {
+            return Err(refuse(&path));
         }
     }
     Ok(())

@@ -49,7 +49,7 @@ pub(super) fn told(
 ) -> Result<Option<String>> {
     let mut version = None;
     let limit = Duration::from_secs(seconds);
-    process::run(engine, command, folder, limit, |line| {
+    process::run(engine, command, folder, limit, None, |line| {
         if let Some(told) = line.strip_prefix("version ") {
             version = Some(told.trim().to_owned());
         }

@@ -23,13 +23,27 @@ pub fn open(path: &Path) -> io::Result<File> {
     if !fs::metadata(path)?.is_file() {
         return Err(io::Error::other("it is no regular file"));
     }
-    let file = File::open(path)?;
+    let file = open_now(path)?;
+    if !file.metadata()?.is_file() {
+        return Err(io::Error::other("it is no regular file"));
+    }
     let length = file.metadata()?.len();
     if memory::available().is_some_and(|there| length > there) {
         let what = format!("it has {length} bytes, more than memory can hold");
         return Err(io::Error::other(what));
     }
     Ok(file)
+}
+
+/// Opens without waiting, should a pipe have taken the place of a file.
+fn open_now(path: &Path) -> io::Result<File> {
+    let mut options = File::options();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt as _;
+        options.custom_flags(nix::fcntl::OFlag::O_NONBLOCK.bits());
+    }
+    options.read(true).open(path)
 }
 
 /// All bytes of a regular file.
@@ -72,6 +86,109 @@ pub fn beneath(folder: &Path, name: &str) -> Option<PathBuf> {
         (Ok(root), Ok(file)) if !file.starts_with(&root) => None,
         _ => Some(path),
     }
+}
+
+/// Opens a regular file that a program left below `folder`, where no part of `name` may be a link: what the program put in
+/// the place of a folder leads nowhere. `folder` itself is ours.
+///
+/// # Errors
+/// Those of the file system; a name that leads out of the folder, a link, and anything but a regular file.
+pub fn open_beneath(folder: &Path, name: impl AsRef<Path>) -> io::Result<File> {
+    let name = name.as_ref();
+    let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+    if name.as_os_str().is_empty() || !name.components().all(inside) {
+        return Err(io::Error::other("it lies outside of its folder"));
+    }
+    let file = open_unlinked(folder, name)?;
+    if !file.metadata()?.is_file() {
+        return Err(io::Error::other("it is no regular file"));
+    }
+    Ok(file)
+}
+
+#[cfg(unix)]
+fn open_unlinked(folder: &Path, name: &Path) -> io::Result<File> {
+    use nix::errno::Errno;
+    use nix::fcntl::{OFlag, openat};
+    use nix::sys::stat::Mode;
+    let mut parts = name
+        .components()
+        .filter(|part| matches!(part, Component::Normal(_)))
+        .peekable();
+    let mut at = File::open(folder)?;
+    while let Some(part) = parts.next() {
+        // Opening a pipe waits for one who writes, unless told not to.
+        let of_kind = match parts.peek() {
+            Some(_) => OFlag::O_DIRECTORY,
+            None => OFlag::O_NONBLOCK | OFlag::O_NOCTTY,
+        };
+        let flags = OFlag::O_RDONLY | OFlag::O_CLOEXEC | OFlag::O_NOFOLLOW | of_kind;
+        let opened = openat(&at, part.as_os_str(), flags, Mode::empty());
+        at = File::from(opened.map_err(|e| match e {
+            Errno::ELOOP => io::Error::other("it is a link, or lies behind one"),
+            Errno::ENOTDIR => io::Error::other("what should be its folder is a link or a file"),
+            Errno::ENXIO => io::Error::other("it is no regular file"),
+            other => other.into(),
+        })?);
+    }
+    Ok(at)
+}
+
+#[cfg(not(unix))]
+fn open_unlinked(folder: &Path, name: &Path) -> io::Result<File> {
+    let mut path = folder.to_owned();
+    for part in name.components() {
+        path.push(part);
+        if fs::symlink_metadata(&path)?.is_symlink() {
+            return Err(io::Error::other("it is a link, or lies behind one"));
+        }
+    }
+    File::open(path)
+}
+
+/// All bytes of what [`open_beneath`] opens, which may be so many.
+///
+/// # Errors
+/// Those of [`open_beneath`]; a larger file.
+pub fn read_beneath(folder: &Path, name: &str, most: u64) -> Result<Vec<u8>> {
+    let path = folder.join(name);
+    let failed = Error::io(&path, "read");
+    let read = || {
+        let mut file = open_beneath(folder, name)?;
+        let most = memory::available().map_or(most, |there| there.min(most));
+        let mut bytes = Vec::new();
+        (&mut file).take(most).read_to_end(&mut bytes)?;
+        match file.read(&mut [0])? {
+            0 => Ok(bytes),
+            _ => Err(io::Error::other(format!("it has more than {most} bytes"))),
+        }
+    };
+    read().map_err(failed)
+}
+
+/// Copies what [`open_beneath`] opens.
+///
+/// # Errors
+/// Those of [`open_beneath`]; a file that cannot be written.
+pub fn copy_beneath(folder: &Path, name: impl AsRef<Path>, to: &Path) -> Result<()> {
+    let from = folder.join(name.as_ref());
+    let mut source = open_beneath(folder, name).map_err(Error::io(&from, "copy"))?;
+    let mut made = File::create(to).map_err(Error::io(to, "write"))?;
+    io::copy(&mut source, &mut made).map_err(Error::io(&from, "copy"))?;
+    Ok(())
+}
+
+/// Bytes that can still be written where this is.
+#[cfg(unix)]
+pub fn room(path: &Path) -> Option<u64> {
+    let found = nix::sys::statvfs::statvfs(path).ok()?;
+    Some(found.blocks_available() as u64 * found.fragment_size() as u64)
+}
+
+/// Bytes that can still be written where this is.
+#[cfg(not(unix))]
+pub fn room(_: &Path) -> Option<u64> {
+    None
 }
 
 /// A folder for the time of its use, which nobody else may enter.
@@ -212,6 +329,48 @@ mod tests {
         assert_eq!(text(&path).unwrap(), "words");
         fs::write(&path, [0xff]).unwrap();
         assert!(text(&path).unwrap_err().to_string().contains("UTF-8"));
+    }
+
+    #[test]
+    fn what_a_program_left_is_read_and_no_link_of_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let job = folder.path().join("job");
+        fs::create_dir_all(job.join("out/below")).unwrap();
+        fs::create_dir(folder.path().join("secret")).unwrap();
+        for file in ["secret/a", "job/out/a", "job/out/below/a"] {
+            fs::write(folder.path().join(file), "words").unwrap();
+        }
+        let link = |to: &str, name: &str| std::os::unix::fs::symlink(to, job.join(name)).unwrap();
+        link("../../secret/a", "out/leaf");
+        link("a", "out/inner");
+        link("../secret", "elsewhere");
+        link("/dev/zero", "out/zero");
+        let made = std::process::Command::new("mkfifo")
+            .arg(job.join("out/pipe"))
+            .status();
+        assert!(made.unwrap().success());
+        for name in ["out/a", "./out/below/a"] {
+            assert_eq!(read_beneath(&job, name, 5).unwrap(), b"words");
+        }
+        let refused = |name: &str, most| read_beneath(&job, name, most).unwrap_err().to_string();
+        assert!(refused("out/a", 4).contains("more than 4 bytes"));
+        for (name, said) in [
+            ("out/leaf", "link"),
+            ("out/inner", "link"),
+            ("out/zero", "link"),
+            ("elsewhere/a", "link"),
+            ("out/pipe", "no regular file"),
+            ("out/below", "no regular file"),
+            ("out/../../secret/a", "outside"),
+            ("/etc/passwd", "outside"),
+            ("", "outside"),
+        ] {
+            assert!(
+                refused(name, 99).contains(said),
+                "{name}: {}",
+                refused(name, 99)
+            );
+        }
     }
 
     #[test]

@@ -65,6 +65,7 @@ pub mod io;
 pub mod memory;
 pub mod mesh;
 pub mod process;
+mod said;
 
 pub use error::{Error, Place, Result};
 pub use mesh::{CellBlock, CellKind, Field, Group, Mesh, Triangulation};

@@ -47,6 +47,26 @@ pub fn held() -> u64 {
     kilobytes.unwrap_or(0).saturating_mul(1024)
 }
 
+/// What the files of a folder take that is held in memory, in bytes, with the number of its device; None for any other folder.
+#[cfg(target_os = "linux")]
+pub fn of_folder(path: &std::path::Path) -> Option<(u64, u64)> {
+    use nix::sys::statfs::{TMPFS_MAGIC, statfs};
+    use std::os::unix::fs::MetadataExt as _;
+    let found = statfs(path).ok()?;
+    if found.filesystem_type() != TMPFS_MAGIC {
+        return None;
+    }
+    let blocks = found.blocks().saturating_sub(found.blocks_free());
+    let bytes = blocks.saturating_mul(found.block_size() as u64);
+    Some((fs::metadata(path).ok()?.dev(), bytes))
+}
+
+/// What the files of a folder take that is held in memory, in bytes, with the number of its device; None for any other folder.
+#[cfg(not(target_os = "linux"))]
+pub fn of_folder(_: &std::path::Path) -> Option<(u64, u64)> {
+    None
+}
+
 fn there() -> Option<u64> {
     let system = fs::read_to_string("/proc/meminfo")
         .ok()

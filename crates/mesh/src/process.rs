@@ -1,8 +1,7 @@
 //! Runs a program with a time limit and interruption; none of its children is left behind. What Unix alone has (signals, a watcher
 //! that outlives this process, marks) is left out elsewhere: there a program is killed with its children, and not asked to end.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -17,6 +16,7 @@ use process_wrap::std::CommandWrap;
 
 use crate::cancel;
 use crate::error::{Error, Result};
+use crate::said::Said;
 
 /// How often a running program is polled.
 const POLL: Duration = Duration::from_millis(5);
@@ -26,24 +26,24 @@ const POLL: Duration = Duration::from_millis(5);
 #[cfg(unix)]
 const GRACE: Duration = Duration::from_millis(500);
 
+/// For how long a program's streams are read after its end while nothing comes, and at most: what it left behind out of
+/// reach may hold them open for ever.
+const QUIET: Duration = Duration::from_millis(300);
+const LINGER: Duration = Duration::from_secs(2);
+
 /// Starts a watcher and becomes the program. The watcher reads a pipe that nobody writes to: it
 /// breaks when faceoff has ended, even if killed, and then the watcher ends the whole group. It must
-/// not be a child of the program, which may wait for all of its children.
-const WATCHED: &str = r#"exec 3<&0 </dev/null
+/// not be a child of the program, which may wait for all of its children. The log is opened before the program
+/// can put something else in its place.
+const WATCHED: &str = r#"exec 3<&0 </dev/null 4>>"$0"
 ( (
   trap '' HUP INT TERM
   read -r _ <&3
-  echo 'error faceoff itself was ended, and this program with it' >>"$0"
+  echo 'error faceoff itself was ended, and this program with it' >&4
   kill -TERM 0; sleep 2; kill -KILL 0
 ) >/dev/null 2>&1 & )
-exec 3<&-
+exec 3<&- 4>&-
 exec "$@""#;
-
-/// Longer lines are read in parts.
-const LONGEST_LINE: u64 = 1 << 16;
-
-/// Lines of the log that a message quotes.
-const QUOTED: usize = 6;
 
 /// Why a program gave no result, in words; what to do about it is for the caller to say.
 #[derive(Debug, thiserror::Error)]
@@ -62,6 +62,9 @@ pub enum Failure {
     /// It was ended after this time.
     #[error("it did not end within {:.1} s and was killed", .0.as_secs_f64())]
     OutOfTime(Duration),
+    /// It took more of something than one program may, and was ended.
+    #[error("it {0} and was killed")]
+    TooMuch(String),
     /// The system does not say how it ended.
     #[error("its process was lost: {0}")]
     Lost(std::io::Error),
@@ -94,11 +97,25 @@ pub fn run(
     command: &Command,
     folder: &Path,
     time_limit: Duration,
-    line: impl FnMut(&str) + Send,
+    line: impl FnMut(&str),
+) -> Result<(), Failure> {
+    run_within(command, folder, time_limit, |_| Ok(()), line)
+}
+
+/// [`run`], while `look` is asked again and again, with the program's number, whether it may go on; if not, it says what the
+/// program did.
+///
+/// # Errors
+/// Those of [`run`], and [`Failure::TooMuch`].
+pub fn run_within(
+    command: &Command,
+    folder: &Path,
+    time_limit: Duration,
+    mut look: impl FnMut(u32) -> Result<(), String>,
+    mut line: impl FnMut(&str),
 ) -> Result<(), Failure> {
     let log_path = folder.join("log.txt");
-    let log = File::create(&log_path).map_err(Error::io(&log_path, "write"))?;
-    let for_stderr = log.try_clone().map_err(Error::io(&log_path, "write"))?;
+    let log = new_log(&log_path).map_err(Error::io(&log_path, "write"))?;
     let program = command.get_program().to_string_lossy().into_owned();
     let not_started = |why: String| Failure::NotStarted {
         program: program.clone(),
@@ -118,7 +135,7 @@ pub fn run(
         .current_dir(place)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
-        .stderr(Stdio::from(for_stderr));
+        .stderr(Stdio::piped());
     let mut command = CommandWrap::from(command);
     #[cfg(unix)]
     command.wrap(process_wrap::std::ProcessGroup::leader());
@@ -128,54 +145,65 @@ pub fn run(
     tracing::info!(program, folder = %folder.display(), "started");
     // Held until the group has ended: it shows the watcher that this process is alive.
     let _alive = child.stdin().take();
-    let output = child.stdout().take();
-    let status = std::thread::scope(|scope| {
-        let reader = match std::thread::Builder::new()
-            .spawn_scoped(scope, move || copy_lines(output, log, line))
-        {
-            Ok(reader) => reader,
-            Err(e) => {
-                let _ = child.start_kill();
-                let _ = child.wait();
-                return Err(not_started(format!("no thread for its output: {e}")));
-            }
-        };
-        let end = Instant::now() + time_limit;
-        let status = loop {
-            match child.try_wait() {
-                Ok(Some(status)) => break Ok(status),
-                Ok(None) if Instant::now() >= end => break Err(Failure::OutOfTime(time_limit)),
-                Ok(None) => {}
-                Err(e) => break Err(Failure::Lost(e)),
-            }
-            if let Err(e) = cancel::check() {
-                break Err(e.into());
-            }
+    let said = match (child.stdout().take(), child.stderr().take()) {
+        (Some(output), Some(errors)) => Said::new(output, errors, log),
+        _ => Err(std::io::Error::other("it has no output")),
+    };
+    let mut said = match said {
+        Ok(said) => said,
+        Err(e) => {
+            let _ = child.start_kill();
+            let _ = child.wait();
+            return Err(not_started(format!("no thread for its output: {e}")));
+        }
+    };
+    let end = Instant::now() + time_limit;
+    let mut looked = Instant::now();
+    let status = loop {
+        if !said.hear(POLL, &mut line) {
             std::thread::sleep(POLL);
-        };
-        // Also after a regular end: children that outlive the program would hold its output open.
-        #[cfg(unix)]
-        if status.is_err() {
-            let _ = child.signal(Signal::SIGTERM as i32);
-            let end = Instant::now() + GRACE;
-            while Instant::now() < end && matches!(child.try_wait(), Ok(None)) {
+        }
+        if looked.elapsed() < POLL {
+            continue;
+        }
+        looked = Instant::now();
+        match child.try_wait() {
+            Ok(Some(status)) => break Ok(status),
+            Ok(None) if looked >= end => break Err(Failure::OutOfTime(time_limit)),
+            Ok(None) => {}
+            Err(e) => break Err(Failure::Lost(e)),
+        }
+        if let Err(e) = cancel::check() {
+            break Err(e.into());
+        }
+        if let Err(what) = look(child.id()) {
+            break Err(Failure::TooMuch(what));
+        }
+    };
+    // Also after a regular end: children that outlive the program would hold its output open.
+    #[cfg(unix)]
+    if matches!(status, Err(ref why) if !matches!(why, Failure::TooMuch(_))) {
+        let _ = child.signal(Signal::SIGTERM as i32);
+        let end = Instant::now() + GRACE;
+        while Instant::now() < end && matches!(child.try_wait(), Ok(None)) {
+            if !said.hear(POLL, &mut line) {
                 std::thread::sleep(POLL);
             }
         }
-        let _ = child.start_kill();
-        if status.is_err() {
-            let _ = child.wait();
-        }
-        #[cfg(unix)]
-        end_marked(&mark);
-        let _ = reader.join();
-        status
-    })?;
+    }
+    let _ = child.start_kill();
+    if status.is_err() {
+        let _ = child.wait();
+    }
+    #[cfg(unix)]
+    end_marked(&mark);
+    said.end(QUIET, LINGER, &mut line);
+    let status = status?;
     tracing::info!(program, %status, "ended");
     if status.success() {
         return Ok(());
     }
-    let said = quote(&log_path);
+    let said = said.quote();
     Err(if was_killed(status) {
         Failure::Killed { program, said }
     } else {
@@ -185,6 +213,15 @@ pub fn run(
             said,
         }
     })
+}
+
+/// A log in place of what was there, also where that is a link.
+fn new_log(path: &Path) -> std::io::Result<File> {
+    match fs::remove_file(path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),
+        _ => {}
+    }
+    File::options().append(true).create_new(true).open(path)
 }
 
 /// The variable by which everything that a program started is known, whatever group or session it has moved to.
@@ -211,12 +248,12 @@ fn was_killed(_: ExitStatus) -> bool {
 #[cfg(unix)]
 fn end_marked(mark: &str) {
     let carried = format!("{MARK}={mark}");
-    for entry in std::fs::read_dir("/proc").into_iter().flatten().flatten() {
+    for entry in fs::read_dir("/proc").into_iter().flatten().flatten() {
         let name = entry.file_name();
         let Some(id) = name.to_str().and_then(|name| name.parse::<i32>().ok()) else {
             continue;
         };
-        let environment = std::fs::read(entry.path().join("environ")).unwrap_or_default();
+        let environment = fs::read(entry.path().join("environ")).unwrap_or_default();
         if environment
             .split(|byte| *byte == 0)
             .any(|v| v == carried.as_bytes())
@@ -258,58 +295,4 @@ fn watched(command: &Command, log: &Path) -> Command {
         };
     }
     shell
-}
-
-fn copy_lines(
-    output: Option<std::process::ChildStdout>,
-    mut log: File,
-    mut line: impl FnMut(&str),
-) {
-    let Some(output) = output else { return };
-    let mut reader = BufReader::new(output);
-    let mut buffer = Vec::new();
-    let mut next = |buffer: &mut Vec<u8>| {
-        let mut part = reader.by_ref().take(LONGEST_LINE);
-        matches!(part.read_until(b'\n', buffer), Ok(count) if count > 0)
-    };
-    while next(&mut buffer) {
-        // The log is for people; a full disk must not stop the program's answer.
-        let _ = log.write_all(&buffer);
-        line(String::from_utf8_lossy(&buffer).trim_end());
-        buffer.clear();
-    }
-}
-
-/// What a log says of a failure: its lines that begin with `error `, or else its last ones.
-fn quote(log: &Path) -> String {
-    let bytes = std::fs::read(log).unwrap_or_default();
-    let text = String::from_utf8_lossy(&bytes);
-    let lines: Vec<&str> = text
-        .lines()
-        .map(str::trim)
-        // Horizontal rules of mpirun, and Python's markers below a line.
-        .filter(|line| !line.trim_matches(['-', '^', '~']).is_empty())
-        .filter(|line| !line.starts_with("progress "))
-        .collect();
-    let mut errors: Vec<&str> = Vec::new();
-    for (k, line) in lines.iter().enumerate() {
-        errors.extend(line.strip_prefix("error "));
-        // FreeFEM says where in a line of its own.
-        if k > 0 && lines[k - 1].starts_with("error ") && line.starts_with("line number") {
-            errors.push(line);
-        }
-    }
-    let lines = if errors.is_empty() { lines } else { errors };
-    if lines.is_empty() {
-        return ", and it said nothing".into();
-    }
-    let last = &lines[lines.len().saturating_sub(QUOTED)..];
-    let mut quoted = last.join(" | ");
-    if quoted.len() > 900 {
-        let start = (quoted.len() - 900..quoted.len())
-            .find(|&k| quoted.is_char_boundary(k))
-            .unwrap_or(0);
-        quoted = format!("…{}", &quoted[start..]);
-    }
-    format!(": {quoted}")
 }

@@ -116,7 +116,9 @@ impl OfField {
     /// In words, where on some level all codes but one of three or more agree.
     pub fn odd_one(&self) -> Option<String> {
         let levels: BTreeSet<&str> = self.pairs.iter().map(|pair| &*pair.level).collect();
-        let mut odd = levels.iter().filter_map(|level| odd(&of_field(self, level)));
+        let mut odd = levels
+            .iter()
+            .filter_map(|level| odd(&of_field(self, level)));
         let (code, agree) = odd.next()?;
         Some(odd_words(&code, &agree))
     }

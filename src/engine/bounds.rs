@@ -1,0 +1,176 @@
+//! What a sandboxed program may take of the machine: processes, and room on the disk of its job folder. The system's own
+//! limits are for each process, or do not bind root; so all that the program has started is looked at while it runs.
+
+use std::collections::HashMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::machine;
+use faceoff_mesh::file;
+
+/// The largest file, and the most that the job folder may hold; half of the room that there is, where that is less.
+const MOST_BYTES: u64 = 16 << 30;
+
+/// The most files and folders.
+const MOST_FILES: usize = 200_000;
+
+/// How often processes are counted, and files.
+const OFTEN: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(400)];
+
+/// The limits of one run in a job folder.
+#[derive(Debug)]
+pub(super) struct Bounds {
+    folder: PathBuf,
+    most_bytes: u64,
+    tasks_before: usize,
+    looked: [Instant; 2],
+}
+
+/// The most processes and threads.
+pub(super) fn most_tasks() -> usize {
+    1024 + 16 * std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// The most that the job folder may hold.
+pub(super) fn most_bytes(folder: &Path) -> u64 {
+    file::room(folder).map_or(MOST_BYTES, |room| MOST_BYTES.min(room / 2))
+}
+
+impl Bounds {
+    /// Those of a program that is about to start.
+    pub fn new(folder: &Path) -> Self {
+        Bounds {
+            folder: folder.to_owned(),
+            most_bytes: most_bytes(folder),
+            tasks_before: machine::tasks(),
+            looked: [Instant::now(); 2],
+        }
+    }
+
+    /// Is what was started as the process `id` within them? If not, what it did.
+    pub fn look(&mut self, id: u32) -> Result<(), String> {
+        if self.looked[0].elapsed() >= OFTEN[0] {
+            self.looked[0] = Instant::now();
+            // Whose they are takes longer to find out than how many there are.
+            let most = most_tasks();
+            if machine::tasks() > self.tasks_before + most {
+                let all = machine::below(id);
+                let threads = |text: &String| machine::count(text, "Threads").unwrap_or(1);
+                if all.values().map(threads).sum::<usize>() > most {
+                    return Err(format!("started more than {most} processes and threads"));
+                }
+            }
+        }
+        if self.looked[1].elapsed() >= OFTEN[1] {
+            self.looked[1] = Instant::now();
+            let mut held = Held::default();
+            self.count(&mut held)?;
+            held.removed(id);
+            if held.bytes() > self.most_bytes {
+                let most = self.most_bytes / 1_000_000;
+                return Err(format!("wrote more than {most} MB into its job folder"));
+            }
+        }
+        Ok(())
+    }
+
+    fn count(&self, held: &mut Held) -> Result<(), String> {
+        let mut todo = vec![(self.folder.clone(), 0)];
+        let mut files = 0;
+        while let Some((folder, depth)) = todo.pop() {
+            let entries = match fs::read_dir(&folder) {
+                Err(e) if e.kind() == std::io::ErrorKind::NotFound => continue,
+                Err(e) => return Err(format!("made a folder that cannot be looked into ({e})")),
+                Ok(entries) => entries,
+            };
+            for entry in entries.flatten() {
+                files += 1;
+                if files > MOST_FILES || depth > 100 {
+                    return Err(format!(
+                        "made more than {MOST_FILES} files, or folders more than 100 deep"
+                    ));
+                }
+                let Ok(found) = entry.metadata() else {
+                    continue;
+                };
+                held.add(&found);
+                if found.is_dir() {
+                    todo.push((entry.path(), depth + 1));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Room that files take, each once.
+#[derive(Default)]
+struct Held(HashMap<[u64; 2], u64>);
+
+impl Held {
+    #[cfg(unix)]
+    fn add(&mut self, found: &fs::Metadata) {
+        use std::os::unix::fs::MetadataExt as _;
+        self.0
+            .insert([found.dev(), found.ino()], found.blocks() * 512);
+    }
+
+    #[cfg(not(unix))]
+    fn add(&mut self, found: &fs::Metadata) {
+        let key = [u64::MAX, self.0.len() as u64];
+        self.0.insert(key, found.len());
+    }
+
+    /// Adds files that have no name any more and are open all the same.
+    fn removed(&mut self, id: u32) {
+        #[cfg(unix)]
+        for id in machine::below(id).keys() {
+            use std::os::unix::fs::MetadataExt as _;
+            let open = fs::read_dir(format!("/proc/{id}/fd")).into_iter().flatten();
+            for entry in open.flatten() {
+                let found = fs::metadata(entry.path());
+                if let Ok(found) = found
+                    && found.is_file()
+                    && found.nlink() == 0
+                {
+                    self.add(&found);
+                }
+            }
+        }
+        #[cfg(not(unix))]
+        let _ = id;
+    }
+
+    fn bytes(&self) -> u64 {
+        self.0.values().sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_program_writes_is_counted_and_bounded() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut bounds = Bounds::new(folder.path());
+        let mut look = |most: u64| {
+            bounds.looked = [Instant::now() - Duration::from_secs(1); 2];
+            bounds.most_bytes = most;
+            bounds.look(std::process::id())
+        };
+        fs::create_dir(folder.path().join("below")).unwrap();
+        fs::write(folder.path().join("below/file"), vec![1; 1 << 20]).unwrap();
+        fs::hard_link(
+            folder.path().join("below/file"),
+            folder.path().join("again"),
+        )
+        .unwrap();
+        assert_eq!(look(3 << 20), Ok(()));
+        assert!(look(1 << 19).unwrap_err().contains("wrote more than"));
+        let deep = folder.path().join(["d"; 103].join("/"));
+        fs::create_dir_all(deep).unwrap();
+        assert!(look(3 << 20).unwrap_err().contains("100 deep"));
+    }
+}
