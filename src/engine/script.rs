@@ -337,7 +337,11 @@ impl Script {
             let is_link = entry.file_type().is_ok_and(|kind| kind.is_symlink());
             if is_link && io::matches(&name, &known.to_string_lossy()) {
                 let what = format!("{} is a link", known.display());
-                return Err(Error::engine(&self.name, what, "let it write a file into {out}"));
+                return Err(Error::engine(
+                    &self.name,
+                    what,
+                    "let it write a file into {out}",
+                ));
             }
         }
         Ok(pattern)
@@ -347,7 +351,7 @@ impl Script {
     fn results(&self, place: &Path) -> Result<Vec<Written>> {
         let open = |name: &String| {
             let is_pattern = io::is_pattern(&place.join(name));
-            let path = match beneath(place, name).filter(|_| is_pattern) {
+            let path = match file::beneath(place, name).filter(|_| is_pattern) {
                 Some(pattern) => self.unlinked(pattern)?,
                 None => self.written(place, name)?,
             };
