@@ -325,7 +325,7 @@ rtol = 1e-3
         began = time.monotonic()
         process = subprocess.run(
             [PROGRAM, *map(str, words)], cwd=cwd or self.engine, env={**self.env, **(env or {})}, stdin=subprocess.DEVNULL,
-            capture_output=True, text=True, errors="replace", timeout=limit, **kwargs,
+            capture_output=True, text=True, errors="replace", timeout=limit, check=False, **kwargs,
         )
         process.seconds = time.monotonic() - began
         process.said = process.stdout + process.stderr
@@ -333,7 +333,7 @@ rtol = 1e-3
 
 
 def under(program, name):
-    return name in subprocess.run([program, "verify", "--help"], capture_output=True, text=True).stdout
+    return name in subprocess.run([program, "verify", "--help"], capture_output=True, text=True, check=False).stdout
 
 
 RUN = ["--run"] if under(PROGRAM, "--run") else []
@@ -491,7 +491,7 @@ def logs(world):
     peak = world.verify("./zero.toml", preexec_fn=limited)
     found("logs: one without an end", peak.seconds > 60 or peak.returncode < 0 or "memory" in peak.stderr, peak.stderr)
     world.engine_file("flood", "/bin/sh", "-c", "yes aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa >&2")
-    run = world.verify("./flood.toml", "--time-limit", "3s", "--keep", "kept-flood")
+    world.verify("./flood.toml", "--time-limit", "3s", "--keep", "kept-flood")
     size = (world.engine / "kept-flood/flood/log.txt").stat().st_size
     found("logs: one that fills the disk", size > 100e6, f"{size} bytes")
     shutil.rmtree(world.engine / "kept-flood")
@@ -564,7 +564,7 @@ raise SystemExit(3)
     found("resources: processes without end", count > 5000, f"{count} processes; {run.stderr}")
     world.engine_file("shm", "/bin/sh", "-c", "for k in 1 2 3 4 5 6 7; do head -c 60000000 /dev/zero > /dev/shm/x$k; head -c 60000000 /dev/zero > /tmp/x$k; done; sleep 2; echo done > out/done; rm /dev/shm/x? /tmp/x?; exit 4")
     run = world.verify("./shm.toml", "--memory", "500MB", "--keep", "kept-shm", env={"RAYON_NUM_THREADS": "2"})
-    subprocess.run("rm -f /dev/shm/x[1-7] /tmp/x[1-7]", shell=True)
+    subprocess.run("rm -f /dev/shm/x[1-7] /tmp/x[1-7]", shell=True, check=False)
     found("resources: files in memory, beyond --memory", (world.engine / "kept-shm/shm/out/done").exists(), run.stderr)
     world.engine_file("deep", "/bin/sh", "-c", "for k in $(seq 300); do mkdir d && cd d; done; sleep 20; exit 3")
     run = world.verify("./deep.toml", "--time-limit", "10s")
@@ -582,7 +582,7 @@ raise SystemExit(3)
     world.engine_file("daemon", PYTHON, "daemon.py")
     run = world.verify("./daemon.toml")
     found("resources: a daemon that holds the output keeps faceoff", run.seconds > 50, f"{run.seconds:.1f} s")
-    left = subprocess.run(["pgrep", "-f", alive], capture_output=True, text=True).stdout.split()
+    left = subprocess.run(["pgrep", "-f", alive], capture_output=True, text=True, check=False).stdout.split()
     for number in left:
         os.kill(int(number), signal.SIGKILL)
     found("resources: a daemon outlives the run", bool(left), left)
@@ -617,10 +617,10 @@ def main():
             os.chown(at / "tmp", 65534, 65534)
             words = ["setpriv", "--reuid", "65534", "--regid", "65534", "--clear-groups", "env", f"TMPDIR={at}/tmp", PYTHON, there[1], there[0]]
             rest = [option for option in options if option != "--as-user"]
-            return subprocess.run([*words, *rest, *PARTS], cwd=at).returncode
+            return subprocess.run([*words, *rest, *PARTS], cwd=at, check=False).returncode
         finally:
             shutil.rmtree(at, ignore_errors=True)
-    probe = subprocess.run(["bwrap", "--unshare-user", "--unshare-all", "--ro-bind", "/", "/", "true"], capture_output=True, text=True) if shutil.which("bwrap") else None
+    probe = subprocess.run(["bwrap", "--unshare-user", "--unshare-all", "--ro-bind", "/", "/", "true"], capture_output=True, text=True, check=False) if shutil.which("bwrap") else None
     has_sandbox = probe is not None and probe.returncode == 0
     world = World()
     began = time.monotonic()

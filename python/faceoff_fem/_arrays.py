@@ -129,11 +129,7 @@ def proved(source, shape, order, least, at, dofs):
     """
     degree, probes = max(order, least) if order else 0, None
     while True:
-        try:
-            _, nodes = nodes_of(shape, max(degree, 1))
-        except Error:
-            what = "on its cells it is no polynomial of a degree that files hold"
-            raise usage(what, "interpolate it into a Lagrange space that holds it, and compare that", source) from None
+        nodes = nodes_to_try(source, shape, degree)
         if probes is None:
             probes = PROBES[:, : nodes.shape[1]]
             expected = at(probes)[1]
@@ -143,6 +139,15 @@ def proved(source, shape, order, least, at, dofs):
         if represents(shape, degree, nodes, values, probes, expected):
             return degree, places, values
         degree = max(degree + 1, least)
+
+
+def nodes_to_try(source, shape, degree):
+    """The nodes of a degree, for a function that lower ones do not represent."""
+    try:
+        return nodes_of(shape, max(degree, 1))[1]
+    except Error:
+        what = "on its cells it is no polynomial of a degree that files hold"
+        raise usage(what, "interpolate it into a Lagrange space, and compare that", source) from None
 
 
 def represents(shape, degree, nodes, values, probes, expected):

@@ -155,8 +155,8 @@ def compare(a, b, *, rtol=None, atol=None, fields=None, name=None, **options):
 def _refuse_one_memory(things, sides, options):
     """Refuses two results that are one buffer, as of a solver that writes into what it returned before: they agree whatever it holds."""
     remedy = "keep a copy of the first before the second is computed, as with numpy.copy"
-    raw = [memory(thing) for thing in things]
-    if None not in raw and np.may_share_memory(*raw):
+    a, b = (memory(thing) for thing in things)
+    if a is not None and b is not None and np.may_share_memory(a, b):
         raise usage("the dofs of both are the same memory", remedy)
     if isinstance(sides[0], Arrays) and isinstance(sides[1], Arrays):
         left_out = options.get("except_") or []
@@ -164,9 +164,10 @@ def _refuse_one_memory(things, sides, options):
         left_out, only = ([of] if isinstance(of, str) else of for of in (left_out, only))
         for name, _, _, values in sides[0].fields:
             is_asked = only is None or any(fnmatchcase(name, of) for of in only)
-            if is_asked and not any(fnmatchcase(name, of) for of in left_out):
-                if any(np.may_share_memory(values, other) for known, *_, other in sides[1].fields if known == name):
-                    raise usage(f"the field {name!r} is the same memory in both", f"{remedy}; or leave it out, as except_=[{name!r}]")
+            is_asked = is_asked and not any(fnmatchcase(name, of) for of in left_out)
+            others = [other for known, *_, other in sides[1].fields if known == name]
+            if is_asked and any(np.may_share_memory(values, other) for other in others):
+                raise usage(f"the field {name!r} is the same memory in both", f"{remedy}; or leave it out, as except_=[{name!r}]")
 
 
 def _only_name(other):

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from ._arrays import faces_of_cells, functions, merged, nodes_of, on_faces, partners, represents
+from ._arrays import faces_of_cells, functions, merged, nodes_to_try, on_faces, partners, represents
 from .errors import usage
 
 SIMPLICES = {1: "line", 2: "triangle", 3: "tetrahedron"}
@@ -57,7 +57,7 @@ def arrays(pair, name=None):
     # A degree is not believed: the function is held against its values at the nodes of a higher one.
     probes, _, expected = nodal(max(order, 1) + 3)
     while True:
-        _, nodes = nodes_of(shape, max(order, 1))
+        nodes = nodes_to_try(source, shape, order)
         theirs, places, values = nodal(max(order, 1))
         at = partners(theirs, nodes)
         places, values = places[:, at], values[:, at]

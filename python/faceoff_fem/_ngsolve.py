@@ -26,7 +26,12 @@ def arrays(uh, name=None):
         rule = ng.IntegrationRule([tuple(node) for node in nodes.tolist()], [1.0] * len(nodes))
         points = mesh.MapToAllElements({kind: rule}, ng.VOL)
         places = np.column_stack([np.asarray(of(points)).reshape(-1) for of in (ng.x, ng.y, ng.z)[:dim]])
-        values = np.asarray(uh(points))
+        try:
+            values = np.asarray(uh(points))
+        except Exception as error:
+            raise usage(
+                f"NGSolve does not evaluate it inside cells ({error})", "compare what lives on faces as rows of values", source
+            ) from error
         scalar = () if uh.dim == 1 else (uh.dim,)
         return places.reshape(-1, len(nodes), dim), values.reshape(-1, len(nodes), *scalar)
 

@@ -44,7 +44,7 @@ def test_what_is_not_finite_is_no_pass(bad):
 
 
 def test_a_missing_field_is_no_pass_and_what_is_left_out_is_told():
-    a, b = {**SQUARE, "u": U, "v": U}, {**SQUARE, "u": U}
+    a, b = {**SQUARE, "u": U, "v": U}, {**SQUARE, "u": U.copy()}
     assert not fo.compare(a, b)
     r = fo.compare(a, b, only=["u"])
     assert r and "v" in " ".join(r.notes) and "v" in str(r)
@@ -133,9 +133,9 @@ def test_errors_have_what_where_and_remedy(tmp_path):
         fo.read(file)
     assert str(file) in caught.value.where and caught.value.what and caught.value.remedy
     with pytest.raises(fo.UsageError, match="rtol"):
-        fo.compare({"u": U}, {"u": U}, rtol=-1)
+        fo.compare({"u": U}, {"u": U.copy()}, rtol=-1)
     with pytest.raises(ValueError, match="--no-such"):
-        fo.compare({"u": U}, {"u": U}, no_such=1)
+        fo.compare({"u": U}, {"u": U.copy()}, no_such=1)
     with pytest.raises(fo.UsageError, match="is no result"):
         fo.compare(3, {"u": U})
 
@@ -210,7 +210,7 @@ def test_threads_run_side_by_side():
     threads = [threading.Thread(target=lambda: found.append(fo.compare(a, b).agree)) for _ in range(2)]
     [thread.start() for thread in threads]
     while all(thread.is_alive() for thread in threads):
-        assert fo.compare({"u": U}, {"u": U})
+        assert fo.compare({"u": U}, {"u": U.copy()})
         small += 1
     [thread.join() for thread in threads]
     assert found == [True, True] and small > 5, small
@@ -219,8 +219,8 @@ def test_threads_run_side_by_side():
 def test_an_exception_leaves_nothing_locked():
     for _ in range(3):
         with pytest.raises(fo.Error):
-            fo.compare({"u": U}, {**SQUARE, "u": U})
-        assert fo.compare({"u": U}, {"u": U})
+            fo.compare({"u": U}, {**SQUARE, "u": U.copy()})
+        assert fo.compare({"u": U}, {"u": U.copy()})
 
 
 def test_ctrl_c_ends_a_comparison_and_the_next_one_runs():
@@ -291,3 +291,21 @@ def test_a_million_values_are_compared_without_a_copy():
     measured = subprocess.run([sys.executable, "-c", measure], cwd=folder, check=True, capture_output=True, text=True)
     more, arrays = map(float, measured.stdout.split())
     assert arrays > 60 and more < 1.2 * arrays
+
+
+def test_one_buffer_is_not_two_results():
+    u = np.arange(4.0)
+    with pytest.raises(fo.UsageError, match="same memory"):
+        fo.compare({**SQUARE, "u": u}, {**SQUARE, "u": u})
+    with pytest.raises(fo.UsageError, match="same memory"):
+        fo.compare({"u": u}, {"u": u[::1]})
+    assert fo.compare({**SQUARE, "u": u}, {**SQUARE, "u": u.copy()})
+    both = {**SQUARE, "number": u}
+    assert fo.compare({**both, "u": u + 1}, {**both, "u": u + 1}, except_=["number"])
+
+
+def test_arrays_that_are_not_aligned_are_copied():
+    u = np.frombuffer(b"\0" + np.arange(4.0).tobytes(), dtype=np.float64, offset=1)
+    assert not u.flags.aligned
+    assert fo.compare({**SQUARE, "u": u}, {**SQUARE, "u": np.arange(4.0)})
+    assert not fo.compare({**SQUARE, "u": u}, {**SQUARE, "u": np.arange(4.0) + 1})

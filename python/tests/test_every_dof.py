@@ -58,7 +58,8 @@ def getfem_spaces():
     for name in [*names.split(), "PK_WITH_CUBIC_BUBBLE(2,1)", "P1_BUBBLE_FACE(2)", "HCT_TRIANGLE"]:
         space = gf.MeshFem(mesh, 2 if name.startswith(("RT0", "NEDELEC")) else 1)
         space.set_fem(gf.Fem(f"FEM_{name}"))
-        yield f"getfem {name}", space.nbdof(), lambda x, space=space: (space, x)
+        # A mesh ends with its last name, whatever refers to it.
+        yield f"getfem {name}", space.nbdof(), lambda x, space=space, mesh=mesh: (space, x)
 
 
 def dolfinx_spaces():

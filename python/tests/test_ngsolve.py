@@ -70,3 +70,15 @@ def test_constants_vectors_and_curved_cells():
     product = ng.GridFunction(ng.H1(TRI) * ng.H1(TRI))
     with pytest.raises(fo.UsageError, match="components"):
         fo.compare(product, reference)
+
+
+def test_complex_functions_are_compared_part_by_part():
+    space = ng.H1(TRI, order=2, complex=True)
+    a, b = ng.GridFunction(space), ng.GridFunction(space)
+    for function in (a, b):
+        function.Set(ng.x + 2j * ng.y)
+    r = fo.compare(a, b)
+    assert r and [field["field"] for field in r.fields] == ["u (real)", "u (imaginary)"]
+    b.vec.FV().NumPy()[3] += 1e-3j
+    r = fo.compare(a, b)
+    assert not r and r.worst["field"] == "u (imaginary)"
