@@ -26,16 +26,15 @@ def is_function(thing):
 
 
 def memory(thing):
-    """The memory of all dofs of a function; None of what is no function, or a part of one."""
+    """The part of a function that counts, and the array of all its dofs; None of what is no function."""
     kinds = _family(thing[0] if isinstance(thing, tuple) and thing else thing)
-    if isinstance(thing, tuple) and kinds & {"skfem", "getfem"}:
-        return np.asarray(thing[1])
+    if isinstance(thing, tuple) and len(thing) == 2 and kinds & {"skfem", "getfem"}:
+        return (), np.asarray(thing[1])
     if "dolfinx" in kinds:
         component = thing.function_space.component
-        # Parts have the memory of the whole.
-        return None if len(component() if callable(component) else component) else thing.x.array
+        return tuple(component() if callable(component) else component), thing.x.array
     if "ngsolve" in kinds:
-        return thing.vec.FV().NumPy()
+        return (), thing.vec.FV().NumPy()
     return None
 
 

@@ -24,6 +24,8 @@ class Arrays:
         self.cells, self.fields, self.groups = [], [], []
         #: The name of a function, whose parts may be several fields.
         self.called = None
+        #: By name the array that a field was given as: what two results may not share.
+        self.given = {}
         self.points = None
         if points is not None:
             points = numbers(points, "points", source)
@@ -58,8 +60,10 @@ class Arrays:
 
     def add_field(self, name, on, values):
         """A field on "points", "cells" or "corners": one row of components for each."""
+        self.given.setdefault(str(name), np.asarray(values))
         values = numbers(values, f"field {name!r}", self.source)
         if values.dtype.kind == "c":
+            self.given[f"{name} (real)"] = self.given[f"{name} (imaginary)"] = values
             self.add_field(f"{name} (real)", on, values.real)
             self.add_field(f"{name} (imaginary)", on, values.imag)
             return

@@ -36,7 +36,10 @@ def arrays(uh, name=None):
     dofs = _table(space.dofmap.list, cells)
     element = space.ufl_element()
     degree = _degree(element)
-    theirs = np.asarray(_of(space.element, "interpolation_points"))
+    try:
+        theirs = np.asarray(_of(space.element, "interpolation_points"))
+    except RuntimeError as error:
+        raise usage(f"{element} has no values between its points", "interpolate it into a Lagrange space", source) from error
     values = uh.x.array.reshape(-1, bs)
     vector = (-1,) if len(uh.ufl_shape) else ()
     name = name or uh.name

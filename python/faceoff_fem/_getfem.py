@@ -64,7 +64,7 @@ def arrays(pair, name=None):
         if represents(shape, order, nodes, values, probes, expected):
             break
         order = max(order + 1, curve)
-    if "NONCONFORMING" in element.char():
+    if all("NONCONFORMING" in of.char() for of in _all(space.fem())):
         width = places.shape[1]
         # From the values at its corners, the mean on the face opposite each.
         means = np.stack([np.delete(values, i, axis=1).mean(axis=1) for i in range(width)], axis=1)

@@ -81,6 +81,10 @@ impl<T: Element> Lent<T> {
     fn new(array: &Bound<'_, PyArrayDyn<T>>) -> PyResult<Arc<Self>> {
         let numbers = array.readonly();
         let numbers = numbers.as_slice()?;
+        if !numbers.as_ptr().is_aligned() {
+            let what = "an array that is not aligned: copy it, as by numpy.require(u, requirements='A')";
+            return Err(pyo3::exceptions::PyValueError::new_err(what));
+        }
         Ok(Arc::new(Lent {
             start: numbers.as_ptr(),
             len: numbers.len(),

@@ -38,9 +38,9 @@ def test_what_is_not_finite_is_no_pass(bad):
     b = U.copy()
     b[2] = bad
     assert not fo.compare({**SQUARE, "u": U}, {**SQUARE, "u": b})
-    assert not fo.compare({**SQUARE, "u": b}, {**SQUARE, "u": b})
+    assert not fo.compare({**SQUARE, "u": b}, {**SQUARE, "u": b.copy()})
     if np.isnan(bad):
-        assert fo.compare({**SQUARE, "u": b}, {**SQUARE, "u": b}, nan_equal=["u"])
+        assert fo.compare({**SQUARE, "u": b}, {**SQUARE, "u": b.copy()}, nan_equal=["u"])
 
 
 def test_a_missing_field_is_no_pass_and_what_is_left_out_is_told():
@@ -294,14 +294,22 @@ def test_a_million_values_are_compared_without_a_copy():
 
 
 def test_one_buffer_is_not_two_results():
-    u = np.arange(4.0)
+    table = np.arange(8.0).reshape(4, 2)
+    fortran = np.asfortranarray(np.arange(8.0).reshape(4, 2))
+    big = np.arange(4.0).astype(">f8")
+    for u in (U, table[:, 0], fortran, big, table[:, 0] + 1j, np.arange(4) > 1):
+        for other in (u, u[::1]):
+            with pytest.raises(fo.UsageError, match="same memory"):
+                fo.compare({**SQUARE, "u": u}, {**SQUARE, "u": other})
+        assert fo.compare({**SQUARE, "u": u}, {**SQUARE, "u": u.copy()})
     with pytest.raises(fo.UsageError, match="same memory"):
-        fo.compare({**SQUARE, "u": u}, {**SQUARE, "u": u})
-    with pytest.raises(fo.UsageError, match="same memory"):
-        fo.compare({"u": u}, {"u": u[::1]})
-    assert fo.compare({**SQUARE, "u": u}, {**SQUARE, "u": u.copy()})
-    both = {**SQUARE, "number": u}
-    assert fo.compare({**both, "u": u + 1}, {**both, "u": u + 1}, except_=["number"])
+        fo.compare({"u": U}, {"v": U}, pair=["u=v"])
+    rows = {**SQUARE, "u": [0.0, 1, 2, 3]}
+    with pytest.raises(fo.UsageError, match="same object"):
+        fo.compare(rows, rows)
+    assert not fo.compare({**SQUARE, "u": table[:, 0]}, {**SQUARE, "u": table[:, 1]})
+    both = {**SQUARE, "number": U}
+    assert fo.compare({**both, "u": U + 1}, {**both, "u": U + 1}, except_=["number"])
 
 
 def test_arrays_that_are_not_aligned_are_copied():

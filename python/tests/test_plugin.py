@@ -22,7 +22,8 @@ def test_two(faceoff_regression):
 
 @pytest.fixture
 def suite(pytester, monkeypatch):
-    monkeypatch.delenv("CI", raising=False)
+    for name in ("CI", "BUILD_NUMBER", "TF_BUILD"):
+        monkeypatch.delenv(name, raising=False)
 
     def run(*options, change=0.0, rtol=None):
         pytester.makepyfile(test_it=TEST.format(change=change, rtol=rtol))
@@ -59,7 +60,8 @@ def test_what_is_recorded_in_ci_is_not_taken_for_right(suite, pytester, monkeypa
 
 
 def test_a_result_has_one_name(pytester, monkeypatch):
-    monkeypatch.delenv("CI", raising=False)
+    for name in ("CI", "BUILD_NUMBER", "TF_BUILD"):
+        monkeypatch.delenv(name, raising=False)
     pytester.makepyfile(
         """
         def test_it(faceoff_regression):
