@@ -122,6 +122,7 @@ macro_rules! pages {
 }
 
 pages! {
+    hunt: "docs/theory/hunt.md"
     readme: "README.md"
     tour: "docs/tour.md"
     install: "docs/install.md"

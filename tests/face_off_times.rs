@@ -30,7 +30,7 @@ fn verify(folder: &Path, text: &str, words: &[&str]) -> (Ran, Value) {
     write(folder, "x.toml", text);
     let ran = run(
         folder,
-        &[&["verify", "x.toml", "--json", "o.json"], words].concat(),
+        &[&["verify", "--run", "x.toml", "--json", "o.json"], words].concat(),
     );
     let path = folder.join("o.json");
     let Ok(told) = fs::read_to_string(&path) else {

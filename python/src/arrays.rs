@@ -82,7 +82,8 @@ impl<T: Element> Lent<T> {
         let numbers = array.readonly();
         let numbers = numbers.as_slice()?;
         if !numbers.as_ptr().is_aligned() {
-            let what = "an array that is not aligned: copy it, as by numpy.require(u, requirements='A')";
+            let what =
+                "an array that is not aligned: copy it, as by numpy.require(u, requirements='A')";
             return Err(pyo3::exceptions::PyValueError::new_err(what));
         }
         Ok(Arc::new(Lent {

@@ -11,6 +11,8 @@ use faceoff_judge::Verdict;
 
 /// A move explains a difference if it is at least this part of it: what moves by less leaves most of the difference.
 const EXPLAINS: f64 = 0.5;
+/// The other code must move by less than this part of it, or nothing says which of the two it is.
+const STAYS: f64 = 0.1;
 
 /// Two codes on the level that was run again.
 pub(super) struct Pair<'a> {
@@ -152,10 +154,16 @@ fn finding(of: &str, same: Same, pair: &Pair, moved: &[Moved], rounding: &'stati
         let of_code = moved.iter().filter(|m| m.code == code && m.of == of);
         let of_kind = of_code.filter(|m| (m.change == rounding) == is_rounding);
         let moves = of_kind.filter_map(|m| Some((m.relative?, m.change)));
-        let most = moves.max_by(|a, b| a.0.total_cmp(&b.0));
-        most.filter(|(by, _)| apart > 0.0 && *by >= EXPLAINS * apart)
+        moves.max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let [with_order, with_digits] = [false, true].map(|k| [most(a, k), most(b, k)]);
+    let [with_order, with_digits] = [false, true].map(|k| {
+        let moves = [most(a, k), most(b, k)];
+        let is_explained = moves
+            .iter()
+            .flatten()
+            .any(|(by, _)| apart > 0.0 && *by >= EXPLAINS * apart);
+        moves.map(|of| of.filter(|(by, _)| is_explained && *by >= STAYS * apart))
+    });
     let (cause, words) = match (with_order, with_digits) {
         (_, [Some((by, _)), Some(_)]) => (
             Cause::Rounding,
@@ -198,7 +206,7 @@ fn finding(of: &str, same: Same, pair: &Pair, moved: &[Moved], rounding: &'stati
 
 fn fault(code: &str, (by, change): (f64, &'static str)) -> (Cause, String) {
     let words = format!(
-        "{code} moves by {by:.1e} of it with {change}, as far as the codes are apart, and should not: its fault is there"
+        "{code} moves by {by:.1e} of it with {change}, as far as the codes are apart, and must not: look for the fault there, or for what leaves the answer open, as the sign of a mode"
     );
     let code = code.to_owned();
     (Cause::Fault { code, change }, words)
@@ -278,6 +286,8 @@ mod tests {
         let both = [moved("a", CELLS, 1.0), moved("b", CELLS, 1.0)];
         assert_eq!(of(Same::Discretisation, &apart, &both), [Cause::Both]);
         let both = [moved("a", ROUNDING, 1.0), moved("b", ROUNDING, 1.0)];
+        assert_eq!(of(Same::Discretisation, &apart, &both), [Cause::Rounding]);
+        let both = [moved("a", ROUNDING, 1e-2), moved("b", ROUNDING, 4e-3)];
         assert_eq!(of(Same::Discretisation, &apart, &both), [Cause::Rounding]);
         let one = of(Same::Discretisation, &apart, &[moved("b", ROUNDING, 1.0)]);
         assert_eq!(one, [Cause::Sensitive { code: "b".into() }]);

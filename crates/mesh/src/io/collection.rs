@@ -24,11 +24,14 @@ pub(super) fn has_suffix(path: &Path, suffix: &str) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case(suffix))
 }
 
+/// A time, and the files that make up the result then.
+type Listed = (f64, Vec<PathBuf>);
+
 /// The files that a `.pvd` names, by their times, ascending, and whether it states any time.
 ///
 /// # Errors
 /// A list that cannot be read, or whose times are no numbers.
-pub(super) fn by_time(path: &Path) -> Result<(Vec<(f64, Vec<PathBuf>)>, bool)> {
+pub(super) fn by_time(path: &Path) -> Result<(Vec<Listed>, bool)> {
     let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
     let mut entries = Vec::new();
     let listed = entries_of(path, &bytes)?;
