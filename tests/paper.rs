@@ -375,8 +375,9 @@ fn an_interrupted_run_leaves_no_result_but_says_so() {
         let text = fs::read_to_string(folder.path().join(file)).unwrap();
         assert!(text.contains("interrupted"), "{file}: {text}");
     }
+    // With the list of what a report has written.
     let files = fs::read_dir(folder.path().join("out")).unwrap();
-    assert_eq!(files.count(), 2);
+    assert_eq!(files.count(), 3);
 }
 
 #[test]

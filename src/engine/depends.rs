@@ -176,7 +176,7 @@ fn pattern(name: &str) -> Option<String> {
         rest = after;
     }
     pattern += rest;
-    (pattern != name && pattern.trim_matches('*') != "").then_some(pattern)
+    (pattern != name && !pattern.trim_matches('*').is_empty()).then_some(pattern)
 }
 
 #[cfg(test)]

@@ -405,7 +405,7 @@ pub fn copy(from: &Path, to: &Path) -> Result<()> {
         let what = format!("{} is a link, which might lead anywhere", path.display());
         Error::usage(what, "put the file or the folder itself there")
     };
-    for path in [from, to].into_iter().filter(|path| is_link(path)) {
+    if let Some(path) = [from, to].into_iter().find(|path| is_link(path)) {
         return Err(refuse(path));
     }
     std::fs::create_dir_all(to).map_err(Error::io(to, "make"))?;

@@ -140,6 +140,12 @@ impl<'a> Reader<'a> {
             ("$NodeData", Some(_)) => data::read(self, Support::Points)?,
             ("$ElementData", Some(_)) => data::read(self, Support::Cells)?,
             ("$ElementNodeData", Some(_)) => data::read(self, Support::CellPoints)?,
+            // Gmsh writes the polynomials of its own elements with data at their nodes, and these are what such data mean here.
+            ("$InterpolationScheme", Some(_)) => {
+                let what = "values at the nodes of cells are taken for those of Lagrange elements, whatever $InterpolationScheme says";
+                self.content.warnings.push(what.to_owned());
+                self.skip(&end)?;
+            }
             _ => {
                 self.content
                     .unread
