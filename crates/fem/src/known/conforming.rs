@@ -4,15 +4,16 @@ use rayon::prelude::*;
 
 use super::nonconforming::{pieces, square_on_cell, transitions};
 use crate::contact::{Errors, Problem, Quantities};
-use crate::element::Space;
+use crate::element::{Basis, Space};
 use crate::quadrature::{self, Piece, Rule, WHOLE, parts};
 use crate::truth::Reference;
+use faceoff_mesh::mesh::CellGeometry;
 
 /// Rounding of the squares whose difference is an error: the truth has 13 digits.
 const ROUNDING: f64 = 1e-13;
-/// A part of a cell is halved until its halves change the integral by less than this share of the largest possible, or so often.
+/// A part of a cell is halved until that changes the mean there by less than this share of the mean of all, or so often.
 const SHARE: f64 = 1e-14;
-const DEEPEST: usize = 12;
+const DEEPEST: usize = 8;
 
 /// The errors of a conforming solution itself, relative to the norms of u.
 ///
@@ -24,13 +25,25 @@ pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Ref
     let space = &problem.space;
     let mesh = space.mesh;
     let rule = quadrature::exact(2, 5);
-    let loads: Vec<[f64; 2]> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| load_on_cell(space, u, truth, &rule, cell))
+    let cells = || (0..mesh.cell_count()).into_par_iter();
+    let load = |cell| Load::new(space, u, truth, &rule, cell);
+    let sizes: Vec<[f64; 2]> = cells()
+        .map(|cell| {
+            let load = load(cell);
+            [load.measure() * load.on(&WHOLE).1, load.measure()]
+        })
         .collect();
-    let [mut product, size] = loads
+    let [size, measure] = sizes
         .iter()
-        .fold([0.0; 2], |sum, load| [sum[0] + load[0], sum[1] + load[1]]);
+        .fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+    let room = SHARE * size / measure;
+    let integrals: Vec<f64> = cells()
+        .map(|cell| {
+            let load = load(cell);
+            load.measure() * load.refined(&WHOLE, load.on(&WHOLE).0, room, DEEPEST)
+        })
+        .collect();
+    let mut product: f64 = integrals.iter().sum();
     for face in &problem.contact {
         let [a, b] = [0, 1].map(|k| mesh.points[mesh.face(face.face)[k] as usize]);
         let local = mesh.local_face(face.cell, face.face);
@@ -64,44 +77,61 @@ pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Ref
     }
 }
 
-/// (f, U) and (|f|, |U|) on a cell, the former to rounding.
-fn load_on_cell(space: &Space, u: &[f64], truth: &Reference, rule: &Rule, cell: usize) -> [f64; 2] {
-    let geometry = space.mesh.geometry(cell);
-    let local = space.local(cell, u);
-    let on = |part: &Piece| {
-        let terms = rule.iter().map(|(inner, weight)| {
-            let lambda = std::array::from_fn(|i| (0..3).map(|k| inner[k] * part[k][i]).sum());
-            let term = weight * truth.f(geometry.point(&lambda)[0]) * space.value(&lambda, &local);
-            [term, term.abs()]
-        });
-        terms.fold([0.0; 2], |sum, term| [sum[0] + term[0], sum[1] + term[1]])
-    };
-    let whole = on(&WHOLE);
-    let mean = refined(&on, &WHOLE, whole[0], SHARE * whole[1], DEEPEST);
-    [geometry.measure() * mean, geometry.measure() * whole[1]]
+/// f U on a cell.
+struct Load<'a> {
+    space: &'a Space<'a>,
+    truth: &'a Reference,
+    rule: &'a Rule,
+    geometry: CellGeometry,
+    local: Basis,
 }
 
-/// The mean of a function over a part of a cell, halved until the halves give the same.
-fn refined(
-    on: &impl Fn(&Piece) -> [f64; 2],
-    part: &Piece,
-    coarse: f64,
-    room: f64,
-    deeper: usize,
-) -> f64 {
-    let parts = parts(part, 2);
-    let share = 1.0 / parts.len() as f64;
-    let means: Vec<f64> = parts.iter().map(|part| on(part)[0]).collect();
-    let fine = share * means.iter().sum::<f64>();
-    // Room is for this part; a quarter has as much, so that the sum over all parts is of the size of rounding.
-    if deeper == 0 || !((fine - coarse).abs() > room) {
-        return fine;
+impl<'a> Load<'a> {
+    fn new(
+        space: &'a Space<'a>,
+        u: &[f64],
+        truth: &'a Reference,
+        rule: &'a Rule,
+        cell: usize,
+    ) -> Self {
+        Load {
+            space,
+            truth,
+            rule,
+            geometry: space.mesh.geometry(cell),
+            local: space.local(cell, u),
+        }
     }
-    let each = parts.iter().zip(means);
-    share
-        * each
-            .map(|(part, mean)| refined(on, part, mean, room, deeper - 1))
-            .sum::<f64>()
+
+    fn measure(&self) -> f64 {
+        self.geometry.measure()
+    }
+
+    /// The means of f U and |f U| over a part of the cell, by the rule.
+    fn on(&self, part: &Piece) -> (f64, f64) {
+        let terms = self.rule.iter().map(|(inner, weight)| {
+            let lambda = std::array::from_fn(|i| (0..3).map(|k| inner[k] * part[k][i]).sum());
+            let f = self.truth.f(self.geometry.point(&lambda)[0]);
+            weight * f * self.space.value(&lambda, &self.local)
+        });
+        terms.fold((0.0, 0.0), |(sum, size), term| {
+            (sum + term, size + term.abs())
+        })
+    }
+
+    /// The mean of f U over a part, cut until the parts of it give the same.
+    fn refined(&self, part: &Piece, coarse: f64, room: f64, deeper: usize) -> f64 {
+        let parts = parts(part, 2);
+        let share = 1.0 / parts.len() as f64;
+        let means: Vec<f64> = parts.iter().map(|part| self.on(part).0).collect();
+        let fine = share * means.iter().sum::<f64>();
+        if deeper == 0 || !((fine - coarse).abs() > room) {
+            return fine;
+        }
+        let each = parts.iter().zip(means);
+        let refined = each.map(|(part, mean)| self.refined(part, mean, room, deeper - 1));
+        share * refined.sum::<f64>()
+    }
 }
 
 #[cfg(test)]
