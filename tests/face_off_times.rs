@@ -307,10 +307,10 @@ fn rows_and_headlines_say_what_was_seen() {
         !page.contains("wrong form") && page.contains("what fixes the constant"),
         "{page}"
     );
-    // Both orders are low: no code is accused of it.
+    // Both are off: no code is accused of it.
     assert!(
-        page.contains("<em>u</em> has order"),
-        "the headline is of the field"
+        page.contains("<em>u</em> does not converge to 0"),
+        "the headline is of the field: {page}"
     );
 
     // The code whose order is wrong leads, whatever differs with it.
@@ -330,7 +330,10 @@ fn rows_and_headlines_say_what_was_seen() {
     assert_eq!(states, [coarse, coarse, (&true.into(), &"disagree".into())]);
     assert!(ran.stdout.contains("not judged"), "{}", ran.stdout);
     let page = fs::read_to_string(at.join("page/index.html")).unwrap();
-    assert!(page.contains("of <em>b</em> has order"), "{page}");
+    assert!(
+        page.contains("of <em>b</em> does not converge to 0"),
+        "{page}"
+    );
 
     // Numbers that are 0 need atol alone.
     let zero = "[numbers.z]\nsame = \"problem\"\natol = 1e-12\nexact = 0\nexact_rtol = 0\n";
