@@ -503,7 +503,7 @@ raise SystemExit("error " + ", ".join(told))
     write(
         home,
         "engine/mine.toml",
-        "name = \"mine\"\ncommand = [\"python3\", \"look.py\"]\n",
+        "name = \"mine\"\ncommand = [\"/usr/bin/python3\", \"look.py\"]\n",
     );
     let words = [
         "verify",
