@@ -199,9 +199,7 @@ impl<'a> Campaign<'a> {
                         self.leave_out(what, "the budget was spent");
                         return Ok(None);
                     }
-                    Err(error @ (Error::Ended(_) | Error::Contradiction { .. })) => {
-                        return Err(error);
-                    }
+                    Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
                     Err(other) => {
                         self.leave_out(what, other.to_string());
                         return Ok(None);
