@@ -54,6 +54,10 @@ pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
         Error::Certificate { because, remedy } => {
             ("Error", String::new(), because.clone(), remedy.clone())
         }
+        Error::Contradiction { what } => {
+            let remedy = "report it with the command".into();
+            ("Error", String::new(), what.clone(), remedy)
+        }
     };
     let made = py
         .import("faceoff_fem.errors")

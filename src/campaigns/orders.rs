@@ -11,7 +11,7 @@ use crate::run::{Observed, Runner, Setup, check_meshes};
 use faceoff_fem::contact::{Errors, Method};
 use faceoff_fem::known::Truth;
 use faceoff_fem::scene::Scene;
-use faceoff_fem::truth::exact::{Regularity, catalogue};
+use faceoff_fem::truth::exact::Regularity;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
@@ -217,9 +217,8 @@ fn series(
         });
         let of = setup.discretisation.method;
         (scene, method) = (setup.scene.name().to_owned(), of.to_string());
-        let known = catalogue().into_iter().find(|e| e.name == scene);
         let load_free = setup.scene.data().f.is_zero();
-        theory = known.map(|k| Theory::new(&of, k.regularity, load_free));
+        theory = (setup.scene.regularity()).map(|known| Theory::new(&of, known, load_free));
     }
     let of = |error: fn(&Errors) -> f64| {
         let errors: Vec<_> = levels.iter().map(|l| (l.n, error(&l.errors))).collect();
@@ -395,7 +394,7 @@ mod tests {
         assert!(Observed::new(&errors[..1]).fit.is_none());
     }
 
-    /// Of 6.1 there is no formula: the errors are those to the mesh-free solution, on which no theory is noted.
+    /// Of 6.1 there is no formula: the errors are those to the mesh-free solution.
     #[test]
     fn the_orders_of_one_zone_are_known() {
         let scenes = [Scene::find("one-zone").unwrap()];
@@ -408,6 +407,8 @@ mod tests {
             &Silent,
         )
         .unwrap();
+        let theory = [0, 1].map(|k| all[k].theory.map(|of| [of.h1, of.l2]));
+        assert_eq!(theory, [Some([1.0, 1.5]), Some([1.5, 2.0])]);
         let found = [0, 1].map(|k| all[k].h1.fit.unwrap());
         for (found, order) in found.into_iter().zip([1.0, 1.5]) {
             assert!(

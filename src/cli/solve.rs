@@ -10,6 +10,7 @@ use crate::engine::{self, Case, Explanation};
 use crate::report::console::note;
 use crate::report::percent_above;
 use crate::report::{self, Answer, Certified, Output, deliver};
+use crate::run::consistent;
 use faceoff_fem::adapt::{Next, Outcome, Step, Way, Wish, reach};
 use faceoff_fem::certify::{Certificate, Target, examine};
 use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem};
@@ -196,6 +197,9 @@ fn finish(
     let certificate = certificate.as_ref();
     let wished = arguments.accuracy.and_then(|accuracy| accuracy.target);
     let target = wished.or(arguments.certify).unwrap_or(Target::G);
+    if let Some(certificate) = certificate {
+        consistent(told.error.map(|error| error.h1), certificate)?;
+    }
     told.certificate = certificate.map(|c| Certified::new(target, c));
     if arguments.explain {
         let mut explanation = Explanation::new(case, answer);

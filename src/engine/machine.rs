@@ -159,9 +159,9 @@ impl HighWater {
         })
     }
 
-    /// MB beyond what was held at the beginning.
+    /// MB beyond what was held at the beginning; none below one, which may have been held already.
     pub fn megabytes(&self) -> Option<f64> {
-        Some((status("VmHWM")? - self.before).max(0.0))
+        Some(status("VmHWM")? - self.before).filter(|more| *more >= 1.0)
     }
 }
 

@@ -8,6 +8,7 @@ use super::drawing::Picture;
 use super::html::Html;
 use super::json::document;
 use super::number::{number, whole};
+use super::outward::{Digits, above, below};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -307,6 +308,16 @@ impl Cell {
             0.0 => Cell::Number(0.0, format!("{:.digits$}", 0.0)),
             v => Cell::Number(v, format!("{v:.digits$}")),
         }
+    }
+
+    /// A bound from above, with three digits, none of which is below it.
+    pub fn at_most(bound: f64) -> Self {
+        Cell::Number(bound, short(above(bound, Digits::Counting(3))))
+    }
+
+    /// A bound from below, with three digits, none of which is above it.
+    pub fn at_least(bound: f64) -> Self {
+        Cell::Number(bound, short(below(bound, Digits::Counting(3))))
     }
 
     /// What the terminal shows.

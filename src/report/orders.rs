@@ -26,11 +26,17 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         .flat_map(|o| [o.h1_verdict, o.l2_verdict])
         .flatten();
     let of = |wanted: Reach| verdicts.clone().filter(|v| *v == wanted).count();
-    let headline = match verdicts.clone().count() {
+    let known = verdicts.clone().count();
+    // Of no theory, or at rounding.
+    let open = match 2 * all.len() - known {
+        0 => String::new(),
+        open => format!(", {open} with nothing to judge"),
+    };
+    let headline = match known {
         0 => "no theory is known of these solutions beside the orders".to_owned(),
         _ => format!(
-            "{}: {} as theory, {} not settled, {} below",
-            count(verdicts.clone().count(), "order"),
+            "{}: {} as theory, {} not settled, {} below{open}",
+            count(2 * all.len(), "order"),
             of(Reach::AsTheory),
             of(Reach::NotSettled),
             of(Reach::Below)
@@ -51,13 +57,12 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         .filter(|o| [o.h1_verdict, o.l2_verdict].contains(&Some(Reach::Below)))
         .map(|o| format!("{} by {}", o.scene, o.method))
         .collect();
-    let known = verdicts.clone().count();
     report.claim = match (known, &below[..]) {
         (0, _) => "Observed orders, of which no theory is known".into(),
         (_, []) => format!(
             "**{} of {}** as theory has them",
             of(Reach::AsTheory),
-            count(known, "order")
+            count(2 * all.len(), "order")
         ),
         (_, some) => format!(
             "**{}** below theory: {}",
@@ -68,9 +73,13 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     report.lede = match known {
         0 => String::new(),
         _ => match (of(Reach::NotSettled), of(Reach::Below)) {
-            (0, 0) => "None is below theory, and all are settled on these meshes.".into(),
-            (open, below) => {
-                format!("{open} are not settled on these meshes, {below} are below theory.")
+            (0, 0) => format!(
+                "None is below theory, and all that theory knows are settled on these meshes{open}."
+            ),
+            (unsettled, below) => {
+                format!(
+                    "{unsettled} are not settled on these meshes, {below} are below theory{open}."
+                )
             }
         },
     };

@@ -62,7 +62,7 @@ pub struct Answer {
     contact_set: ContactSet,
     /// Where the scene knows u.
     #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<Errors>,
+    pub error: Option<Errors>,
     /// Is it known but too costly here?
     #[serde(skip)]
     is_error_left_out: bool,

@@ -5,7 +5,8 @@ mod figure;
 use serde_json::json;
 
 use super::json::{Judged, csv};
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count};
+use super::number::number;
 use crate::campaigns::stress::{self, Behaviour, StressOutcome};
 use crate::engine::unique;
 use faceoff_judge::Verdict;
@@ -13,23 +14,23 @@ use faceoff_mesh::error::Result;
 
 const HOW: &str = "Each problem has a known solution. `holds`: the relative error (the larger of energy norm and L²) is that of moderate \
     values, or below 1e-8. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: an answer that claims to be one and is \
-    not. After a comma the steps.";
+    not.";
 const AMPLIFIED: &str = "An estimate, from below, of Skeel's condition number of the linearised scheme at each answer: so many times a relative \
-    rounding of its terms shows in u. After a comma the digits that agree with the moderate solution, where that has the same dofs.";
+    rounding of its terms shows in u. Beside it the digits that agree with the moderate solution, where that has the same dofs.";
 
 /// The report of all trials.
 ///
 /// # Errors
 /// None but of a broken installation.
 pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
-    let count =
+    let those =
         |of: fn(&Behaviour) -> bool| outcome.entries.iter().filter(|c| of(&c.verdict)).count();
-    let wrong = count(Behaviour::is_wrong);
+    let wrong = those(Behaviour::is_wrong);
     let headline = format!(
         "{} hold, {} degrade, {} refuse, {wrong} wrong",
-        count(|v| *v == Behaviour::Holds),
-        count(|v| matches!(v, Behaviour::Degrades { .. })),
-        count(|v| matches!(v, Behaviour::Refuses { .. })),
+        those(|v| *v == Behaviour::Holds),
+        those(|v| matches!(v, Behaviour::Degrades { .. })),
+        those(|v| matches!(v, Behaviour::Refuses { .. })),
     );
     let (verdict, word) = match wrong {
         0 => (Verdict::Agree, "nothing wrong"),
@@ -45,7 +46,7 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     report.claim = match wrong {
         0 => format!(
             "**Nothing is wrong** in {}: what does not hold is refused",
-            super::model::count(all, "trial")
+            count(all, "trial")
         ),
         _ => format!("**{wrong} of {all} answers are wrong** and claim to be right"),
     };
@@ -143,7 +144,7 @@ fn word(verdict: &Behaviour) -> String {
     match verdict {
         Behaviour::Holds => "holds".into(),
         Behaviour::Degrades { factor } if *factor < 100.0 => format!("× {factor:.1}"),
-        Behaviour::Degrades { factor } => format!("× {factor:.0e}"),
+        Behaviour::Degrades { factor } => format!("× {}", number(*factor, 1)),
         Behaviour::Refuses { .. } => "refuses".into(),
         Behaviour::Wrong { .. } => "wrong".into(),
     }
@@ -151,19 +152,21 @@ fn word(verdict: &Behaviour) -> String {
 
 /// Behaviour and steps.
 fn became(cell: &stress::Entry) -> String {
-    let steps = cell.steps.map(|steps| format!(", {steps}"));
+    let steps = cell
+        .steps
+        .map(|steps| format!(" in {}", count(steps, "step")));
     word(&cell.verdict) + &steps.unwrap_or_default()
 }
 
 /// Condition and digits.
 fn conditioning(cell: &stress::Entry) -> String {
-    let digits = cell.digits.map(|digits| format!(", {digits:.0}"));
+    let digits = cell.digits.map(|digits| format!(", {digits:.0} digits"));
     amplified(cell) + &digits.unwrap_or_default()
 }
 
 /// The condition, to a decade.
 fn amplified(cell: &stress::Entry) -> String {
-    cell.condition.map_or(String::new(), |c| format!("{c:.0e}"))
+    cell.condition.map_or(String::new(), |c| number(c, 1))
 }
 
 fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> String) -> Table {

@@ -5,7 +5,7 @@ mod figures;
 use serde_json::json;
 
 use super::json::csv;
-use super::model::{Block, Cell, Report, Table, count, duration, short, table};
+use super::model::{Block, Cell, Report, Table, count, duration, percent, short, table};
 use super::number::number;
 use crate::campaigns::study::{
     Gammas, Norm, Rates, Row, Safe, Scaling, StudyOutcome, Varied, value,
@@ -21,12 +21,13 @@ const HOW: &str = "Times are medians over repetitions on a machine that may do o
     the energy norm is its guaranteed bound.";
 const ADVICE: &str = "Each command was measured as it stands, in a process of its own: its error, the median of its times as it tells them, and the \
     peak memory of the process. Where the time is not certain to be affordable, `solve --accuracy` asks for the error instead, certified.";
-const RATES: &str = "Errors as h^p, time and memory as dofs^p, over the finest four meshes or three; after ± the standard error of the fit. \
-    Growth of time and memory that noise hides is not told, nor anything that would follow from it.";
+const RATES: &str = "Errors as h^p over the finest three meshes, time and memory as dofs^p over the finest four; after ± the standard error of the fit. \
+    Growth of time and memory is told where its interval of 95 % leaves out 0, and anything that would follow from it likewise.";
 const SCALING: &str = "By the exponents above, taken as 1 where start-up still hides the rest, and as those of a factor in 3D where noise says \
     more. Dofs here: what this machine's memory holds, and the time that they would take. Ranks: weak scaling on paper, each rank with the \
     dofs of the finest mesh, work and memory shared evenly over a network that costs nothing: time as R^(p-1), memory of a rank as R^(q-1). \
-    Half at: the ranks at which half of the time is lost. A factor tends to p = 3/2, q = 1 in 2D and to p = 2, q = 4/3 in 3D, multigrid to 1: \
+    From and to dofs: the meshes that were measured. Half at: the ranks at which half of the time is lost, where the time was seen to grow \
+    faster than the dofs. A factor tends to p = 3/2, q = 1 in 2D and to p = 2, q = 4/3 in 3D, multigrid to 1: \
     from the memory of this machine on, and in 3D well before it, iterations (`--linear iterative`, or dolfinx with `--ranks` and GMRES) are \
     what to change to.";
 const WASTE: &str =
@@ -170,8 +171,14 @@ fn front(outcome: &StudyOutcome, scene: &str) -> Table {
         "MB" => row.memory_mb.map(megabytes),
         "energy" => row.h1,
         "L²" => row.l2,
-        "certified" => row.certified,
+        "certified" => row.certified.map(Cell::at_most),
     )
+}
+
+/// The error, or its bound where u is not known.
+fn energy(row: &Row) -> Option<Cell> {
+    let bound = |bound| Cell::Number(bound, format!("≤ {}", Cell::at_most(bound).text()));
+    row.h1.map(Cell::from).or_else(|| row.certified.map(bound))
 }
 
 fn rates(outcome: &StudyOutcome, scene: &str) -> Table {
@@ -202,10 +209,12 @@ fn scaling(outcome: &StudyOutcome, scene: &str) -> Table {
         Cell::Number(seconds, format!("{}, {mb:.0} MB", duration(seconds).text()))
     };
     let half = |ranks: f64| Cell::Number(ranks, format!("{ranks:.0} ranks"));
+    let not_seen = || Cell::from("not seen");
     table!("", rows, |s|
         "code" => &s.engine,
         "method" => &s.method,
-        "dofs" => s.dofs,
+        "from dofs" => s.from_dofs,
+        "to dofs" => s.dofs,
         "time" => duration(s.seconds),
         "MB" => megabytes(s.memory_mb),
         "dofs here" => s.most_dofs,
@@ -214,13 +223,16 @@ fn scaling(outcome: &StudyOutcome, scene: &str) -> Table {
         "16" => ranks(s, 1),
         "64" => ranks(s, 2),
         "256" => ranks(s, 3),
-        "half at" => s.half_efficient.map_or("out of reach".into(), half),
+        "half at" => s.half_efficient.map_or_else(not_seen, half),
     )
 }
 
 fn waste(outcome: &StudyOutcome, scene: &str) -> Table {
     let rows = outcome.waste.iter().filter(|w| w.scene == scene);
-    let part = |of: f64| Cell::Number(of, format!("{:.1} % of an error", 100.0 * of));
+    let part = |of: f64| match of < 1.0 {
+        true => Cell::Number(of, format!("{} more error", percent(of))),
+        false => Cell::Number(of, format!("{} times the error", number(1.0 + of, 2))),
+    };
     table!("", rows, |w|
         "method" => &w.method,
         "n" => w.n,
@@ -258,7 +270,7 @@ fn gamma_table(outcome: &StudyOutcome, scene: &str) -> Table {
         "gamma0" => varied(row),
         "n" => row.n,
         "steps" => steps(row),
-        "energy" => row.h1.or(row.certified),
+        "energy" => energy(row),
         "order" => order(row, Norm::Energy),
         "L²" => row.l2,
         "order" => order(row, Norm::L2),
@@ -302,7 +314,7 @@ fn solvers(outcome: &StudyOutcome, scene: &str) -> Table {
         "solver" => value(row),
         "time" => duration(row.seconds.median),
         "MB" => row.memory_mb.map(megabytes),
-        "energy" => row.h1.or(row.certified),
+        "energy" => energy(row),
         "residual" => row.residual,
     )
 }

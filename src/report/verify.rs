@@ -314,9 +314,9 @@ fn methods(outcome: &VerifyOutcome) -> Table {
         "b" => source(&c.b),
         "pairs" => pairs,
         "distance" => c.judged.map(|j| j.distance),
-        "bound a" => c.judged.map(|j| j.bounds[0]),
-        "bound b" => c.judged.map(|j| j.bounds[1]),
-        "slack" => c.judged.map(|j| j.slack),
+        "bound a" => c.judged.map(|j| Cell::at_most(j.bounds[0])),
+        "bound b" => c.judged.map(|j| Cell::at_most(j.bounds[1])),
+        "slack" => c.judged.map(|j| Cell::at_least(j.slack)),
         "verdict" => c.judged.map_or_else(|| because(&c.no_certificate), |j| j.verdict.into()),
     )
 }

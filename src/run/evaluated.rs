@@ -1,5 +1,6 @@
 //! What an answer is worth: its errors where the solution is known, its quantities, and its certificate.
 
+use faceoff_fem::certify::{Certificate, Target};
 use faceoff_fem::contact::{Errors, Problem, Quantities, quantities};
 use faceoff_fem::known::Truth;
 use faceoff_mesh::error::{Error, Result};
@@ -26,6 +27,31 @@ impl Evaluated {
             quantities,
         })
     }
+}
+
+/// How far a measured error may be off, relative to it: the accuracy of the quadrature that it comes from, twice.
+const MEASURED: f64 = 2e-3;
+/// And relative to ‖∇u‖, where it is the root of what cancels.
+const CANCELLED: f64 = 1e-6;
+
+/// Refuses an error ‖∇(u - u_h)‖ / ‖∇u‖ that the certificate of the same field excludes: what is told lies within what is certified.
+///
+/// # Errors
+/// [`Error::Contradiction`].
+pub fn consistent(h1: Option<f64>, certificate: &Certificate) -> Result<()> {
+    let Some(h1) = h1 else { return Ok(()) };
+    let [least, most] = certificate.of(Target::UH);
+    let [low, high] = certificate.gradient;
+    let is_within = h1 * low <= most * (1.0 + MEASURED) + CANCELLED * low
+        && h1 * high >= least * (1.0 - MEASURED) - CANCELLED * high;
+    if is_within {
+        return Ok(());
+    }
+    Err(Error::Contradiction {
+        what: format!(
+            "the error ‖∇(u - u_h)‖ / ‖∇u‖ = {h1:e} was measured, and {least:e} ≤ ‖∇(u - u_h)‖ ≤ {most:e}, {low:e} ≤ ‖∇u‖ ≤ {high:e} were proved"
+        ),
+    })
 }
 
 /// What is certified, or why nothing is.

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-pub use evaluated::{Evaluated, certificate};
+pub use evaluated::{Evaluated, certificate, consistent};
 pub use face_off::{Asked, Code, FaceOff, Judged, Level, Record, Same, Store, is_face_off};
 pub use journal::Journal;
 pub use orders::{Fit, Observed, check_meshes, observed_orders};

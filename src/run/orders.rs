@@ -20,7 +20,22 @@ pub struct Fit {
     pub points: usize,
 }
 
+/// Student's t for 95 % on both sides, by degrees of freedom from 1; about 2 beyond.
+const STUDENT: [f64; 10] = [
+    12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
+];
+
 impl Fit {
+    /// Does the interval of 95 % about the exponent leave out a value? Two points leave out none.
+    pub fn excludes(&self, exponent: f64) -> bool {
+        let degrees = self.points.saturating_sub(2);
+        let t = degrees
+            .checked_sub(1)
+            .map(|k| STUDENT.get(k).unwrap_or(&2.2));
+        let half = t.zip(self.spread).map(|(t, spread)| t * spread);
+        half.is_some_and(|half| (self.exponent - exponent).abs() > half)
+    }
+
     /// Over the last three points (x, y), or two.
     pub fn of_finest(points: &[(f64, f64)]) -> Option<Self> {
         Fit::new(&points[points.len().saturating_sub(FINEST)..])

@@ -78,6 +78,13 @@ pub enum Error {
         remedy: String,
     },
 
+    /// Two results of this program that exclude each other: one of them is wrong, and neither may be told.
+    #[error("{what}; this is a fault of faceoff: please report it with the command")]
+    Contradiction {
+        /// Both, with their numbers.
+        what: String,
+    },
+
     /// An engine that is missing, failed, or answered something that does not count.
     #[error("engine {engine}: {what}; {remedy}")]
     Engine {

@@ -8,6 +8,7 @@ use super::measure::evaluated;
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use crate::engine::{self, HighWater, Settings};
+use crate::run::consistent;
 use faceoff_fem::adapt::{Outcome, Way, Wish, reach};
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Discretisation, Method, Problem};
@@ -120,13 +121,15 @@ impl Campaign<'_> {
         let problem = Problem::new(&subject.scene, &reached.mesh, &wish.discretisation)?;
         let answer = engine::Answer::new(reached.solution);
         let truth = subject.truth.as_deref();
+        let row = evaluated(&problem, engine::OWN, &answer, truth)?;
+        consistent(row.h1, &reached.certificate)?;
         Ok(Some(Row {
             accuracy: Some(accuracy),
             tolerance: stop.increment,
             certified: Some(reached.certificate.relative(Target::UH)),
             seconds: Times::new(vec![seconds]),
             memory_mb: water.and_then(|water| water.megabytes()),
-            ..evaluated(&problem, engine::OWN, &answer, truth)?
+            ..row
         }))
     }
 }

@@ -58,14 +58,14 @@ pub struct Alternative {
     pub error: f64,
     /// Is the error the guaranteed bound, for want of the true one?
     pub is_bound: bool,
-    /// The median of its repetitions, without start-up.
+    /// The median of its repetitions, without start-up, or that of a finer mesh which took less.
     pub seconds: f64,
     /// As [`Row::memory_mb`].
     pub memory_mb: Option<f64>,
 }
 
 impl Alternative {
-    fn new(row: &Row, norm: Norm) -> Option<Self> {
+    fn new(row: &Row, norm: Norm, seconds: f64) -> Option<Self> {
         Some(Alternative {
             engine: row.engine.clone(),
             method: row.method.clone(),
@@ -74,7 +74,7 @@ impl Alternative {
             tolerance: row.tolerance,
             error: row.error(norm)?,
             is_bound: norm == Norm::Energy && row.h1.is_none(),
-            seconds: row.seconds.median,
+            seconds,
             memory_mb: row.memory_mb,
         })
     }
@@ -129,8 +129,9 @@ fn one(
         };
         row.varied == varied
     };
-    let mut fast: Vec<&Row> = rows.iter().filter(reaches).filter(counts).collect();
-    fast.sort_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median));
+    let measured: Vec<&Row> = rows.iter().filter(counts).collect();
+    let mut fast: Vec<&Row> = measured.iter().copied().filter(reaches).collect();
+    fast.sort_by(|a, b| cost(a, &measured).total_cmp(&cost(b, &measured)));
     let mut kept: Vec<&Row> = Vec::new();
     for row in fast {
         if kept.iter().all(|other| other.engine != row.engine) {
@@ -143,12 +144,22 @@ fn one(
         scene: subject.scene.name().to_owned(),
         norm,
         target,
-        best: Alternative::new(best, norm)?,
+        best: Alternative::new(best, norm, cost(best, &measured))?,
         others: others
-            .filter_map(|row| Alternative::new(row, norm))
+            .filter_map(|row| Alternative::new(row, norm, cost(row, &measured)))
             .collect(),
         command: format!("faceoff {}", quoted(words(request, subject, best))),
     })
+}
+
+/// The least time in which a row's mesh or a finer one was solved in the same way: noise makes no mesh dearer than a finer one.
+fn cost(row: &Row, measured: &[&Row]) -> f64 {
+    let way = |row: &Row| (row.accuracy.is_some(), row.tolerance);
+    let alike = |other: &&&Row| {
+        other.track() == row.track() && way(other) == way(row) && other.cells >= row.cells
+    };
+    let times = measured.iter().filter(alike).map(|of| of.seconds.median);
+    times.fold(row.seconds.median, f64::min)
 }
 
 /// What is typed after the program's name to solve as a row was.

@@ -199,7 +199,9 @@ impl<'a> Campaign<'a> {
                         self.leave_out(what, "the budget was spent");
                         return Ok(None);
                     }
-                    Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
+                    Err(error @ (Error::Ended(_) | Error::Contradiction { .. })) => {
+                        return Err(error);
+                    }
                     Err(other) => {
                         self.leave_out(what, other.to_string());
                         return Ok(None);

@@ -42,7 +42,7 @@ pub struct Safe {
     pub from: f64,
     /// The upper end.
     pub to: f64,
-    /// The error less the least, over γ₀ below that of the least.
+    /// The error less the least, over γ₀ below that of the least; none where it is not seen to grow.
     pub below: Option<Fit>,
     /// The same over γ₀ above it.
     pub above: Option<Fit>,
@@ -83,17 +83,18 @@ fn safe(rows: &[&Row], norm: Norm) -> Option<Safe> {
     let (before, after) = points.split_at(best);
     let before = before.iter().rev().take_while(|p| is_good(p)).count();
     let after = after.iter().take_while(|p| is_good(p)).count();
-    let excess = |points: &[(f64, f64)]| {
+    let excess = |points: &[(f64, f64)], away: f64| {
         let points = points.iter().map(|(gamma0, e)| (*gamma0, e - least));
         let seen = points.filter(|(_, e)| EXCESS.contains(&(e / least)));
-        Fit::new(&seen.collect::<Vec<_>>()).filter(|fit| fit.spread.is_some())
+        let fit = Fit::new(&seen.collect::<Vec<_>>());
+        fit.filter(|fit| fit.exponent * away > 0.0 && fit.excludes(0.0))
     };
     Some(Safe {
         least,
         from: points[best - before].0,
         to: points[best + after - 1].0,
-        below: excess(&points[..best]),
-        above: excess(&points[best + 1..]),
+        below: excess(&points[..best], -1.0),
+        above: excess(&points[best + 1..], 1.0),
     })
 }
 
@@ -125,5 +126,23 @@ mod tests {
         assert!((safe.least - 1.0015).abs() < 1e-12);
         let below = safe.below.unwrap();
         assert!((below.exponent + 1.0).abs() < 0.1 && (below.constant - 0.5).abs() < 0.1);
+    }
+
+    /// Errors that only flicker do not grow, nor do those that fall away from the least.
+    #[test]
+    fn growth_is_told_where_it_is_seen() {
+        let of = |k: i32| {
+            let flicker = if k % 2 == 0 { 0.01 } else { 0.02 };
+            let error = if k == 0 { 1.0 } else { 1.0 + flicker };
+            let gamma0 = 10.0_f64.powi(k);
+            Row {
+                gamma0,
+                ..sample(Varied::Gamma0, error, 1.0)
+            }
+        };
+        let rows: Vec<Row> = (-6..=6).map(of).collect();
+        let safe = gammas(&rows)[0].energy.clone().unwrap();
+        assert_eq!((safe.below, safe.above), (None, None));
+        assert_eq!((safe.from, safe.to), (1e-6, 1e6));
     }
 }

@@ -6,7 +6,7 @@ use super::campaign::identity;
 use super::row::{Row, Times, Varied};
 use super::subject::Subject;
 use crate::engine::{self, Engine, HighWater, Settings, Silent, peak_memory_mb};
-use crate::run::{Evaluated, Setup, Variation, certificate};
+use crate::run::{Evaluated, Setup, Variation, certificate, consistent};
 use faceoff_fem::certify::{Target, certify};
 use faceoff_fem::contact::{Method, Problem};
 use faceoff_fem::known::Truth;
@@ -113,6 +113,9 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
         let (name, truth) = (setting.engine.name(), setting.subject.truth.as_deref());
         let row = evaluated(&case.problem, name, &answer, truth)?;
         let bound = certificate(certify(&case.problem, &answer.u))?.ok();
+        if let Some(bound) = &bound {
+            consistent(row.h1, bound)?;
+        }
         let bound = bound.map(|c| c.relative(Target::UH));
         return Ok(Row {
             varied: setting.varied,

@@ -24,11 +24,12 @@ pub struct Rates {
     pub memory: Option<Fit>,
 }
 
-/// Time and memory of small meshes are start-up and noise: growth is told where it is seen, by two standard errors, and known to
-/// a quarter.
+/// Of so many finest meshes time and memory are fitted: coarser ones are start-up.
+pub(super) const COSTS: usize = 4;
+
+/// Time and memory of small meshes are start-up and noise: growth is told where it is seen, and known to a quarter.
 fn is_seen(fit: &Fit) -> bool {
-    let seen = |spread: f64| spread < 0.25 && fit.exponent > 2.0 * spread;
-    fit.spread.is_some_and(seen)
+    fit.exponent > 0.0 && fit.excludes(0.0) && fit.spread.is_some_and(|spread| spread < 0.25)
 }
 
 /// The rates of every track over its uniform meshes.
@@ -37,19 +38,26 @@ pub fn rates(rows: &[Row]) -> Vec<Rates> {
         let solved = || track.iter().filter(|r| r.converged);
         let over = |x: fn(&Row) -> Option<f64>, y: fn(&Row) -> Option<f64>| {
             let points = solved().filter_map(|r| Some((x(r)?, y(r)?)));
-            Fit::of_finest(&points.collect::<Vec<_>>()).filter(|fit| fit.spread.is_some())
+            points.collect::<Vec<_>>()
         };
         let h: fn(&Row) -> Option<f64> = |r| Some(1.0 / r.n? as f64);
         let dofs: fn(&Row) -> Option<f64> = |r| Some(r.dofs as f64);
+        let error = |y: fn(&Row) -> Option<f64>| {
+            Fit::of_finest(&over(h, y)).filter(|fit| fit.spread.is_some())
+        };
+        let cost = |y: fn(&Row) -> Option<f64>| {
+            let points = over(dofs, y);
+            Fit::new(&points[points.len().saturating_sub(COSTS)..]).filter(is_seen)
+        };
         let row = track[0];
         Rates {
             scene: row.scene.clone(),
             engine: row.engine.clone(),
             method: row.method.clone(),
-            h1: over(h, |r| r.h1.or(r.certified)),
-            l2: over(h, |r| r.l2),
-            seconds: over(dofs, |r| Some(r.seconds.median)).filter(is_seen),
-            memory: over(dofs, |r| r.memory_mb).filter(is_seen),
+            h1: error(|r| r.h1.or(r.certified)),
+            l2: error(|r| r.l2),
+            seconds: cost(|r| Some(r.seconds.median)),
+            memory: cost(|r| r.memory_mb),
         }
     };
     tracks(rows, Varied::Mesh).into_iter().map(of).collect()

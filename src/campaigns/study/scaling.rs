@@ -12,7 +12,7 @@
 
 use serde::Serialize;
 
-use super::rates::Rates;
+use super::rates::{COSTS, Rates};
 use super::row::{Row, Varied};
 
 /// Ranks for which the model is reported.
@@ -30,6 +30,8 @@ pub struct Scaling {
     pub engine: String,
     /// Its name.
     pub method: String,
+    /// The coarsest mesh of the fit of time; the finest mesh that was measured is the other end.
+    pub from_dofs: usize,
     /// The finest mesh that was measured.
     pub dofs: usize,
     /// The median on that mesh.
@@ -44,7 +46,7 @@ pub struct Scaling {
     pub rank_seconds: [f64; 4],
     /// Memory of each of those ranks.
     pub rank_memory_mb: [f64; 4],
-    /// Ranks at which half of the time is lost; none where that is out of reach.
+    /// Ranks at which half of the time is lost; none where the time is not seen to grow faster than the dofs, or that is out of reach.
     pub half_efficient: Option<f64>,
 }
 
@@ -54,26 +56,25 @@ pub fn scaling(rows: &[Row], rates: &[Rates], memory_mb: Option<f64>) -> Vec<Sca
         .iter()
         .filter_map(|r| {
             let (time, memory) = (r.seconds?, r.memory?);
-            let mut track = rows.iter().filter(|row| {
+            let track = rows.iter().filter(|row| {
                 row.varied == Varied::Mesh && row.track() == (&r.scene, &r.engine, &r.method)
             });
-            let mut finest = track.next()?;
-            for row in track.filter(|row| row.converged) {
-                if row.dofs > finest.dofs {
-                    finest = row;
-                }
-            }
+            let mut track: Vec<&Row> = track.filter(|row| row.converged).collect();
+            track.sort_by_key(|row| row.dofs);
+            let finest = *track.last()?;
+            let from_dofs = track[track.len().saturating_sub(COSTS)].dofs;
             let now = finest.memory_mb?;
             // Less than linear is start-up that is still to be outgrown, more than a factor in 3D is noise.
             let p = time.exponent.clamp(1.0, 2.0);
             let q = memory.exponent.clamp(1.0, 4.0 / 3.0);
-            let half = 2.0_f64.powf(1.0 / (p - 1.0));
+            let half = time.excludes(1.0).then(|| 2.0_f64.powf(1.0 / (p - 1.0)));
             let most = memory_mb.map(|all| finest.dofs as f64 * (all / now).max(1.0).powf(1.0 / q));
             let growth = |ranks: u32, exponent: f64| f64::from(ranks).powf(exponent - 1.0);
             Some(Scaling {
                 scene: r.scene.clone(),
                 engine: r.engine.clone(),
                 method: r.method.clone(),
+                from_dofs,
                 dofs: finest.dofs,
                 seconds: finest.seconds.median,
                 memory_mb: now,
@@ -82,7 +83,7 @@ pub fn scaling(rows: &[Row], rates: &[Rates], memory_mb: Option<f64>) -> Vec<Sca
                     .map(|most| finest.seconds.median * (most / finest.dofs as f64).powf(p)),
                 rank_seconds: RANKS.map(|ranks| finest.seconds.median * growth(ranks, p)),
                 rank_memory_mb: RANKS.map(|ranks| now * growth(ranks, q)),
-                half_efficient: Some(half).filter(|ranks| *ranks < OUT_OF_REACH),
+                half_efficient: half.filter(|ranks| *ranks < OUT_OF_REACH),
             })
         })
         .collect()

@@ -3,7 +3,7 @@
 use super::boundary::GroupName;
 use super::file::{GAMMA0, N, N_SOLID};
 use super::{Boundary, Data, Exact, Expression, HRule, MeshFree, MeshSource, Scene};
-use crate::truth::exact::{self, Kind, Side, catalogue};
+use crate::truth::exact::{self, Kind, Regularity, Side, catalogue};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::generate::{Cuboid, place, sides};
 
@@ -43,6 +43,20 @@ pub(super) fn reference(name: &str) -> Option<Result<(Exact, Data)>> {
     }
     let found = find(name)?.map(|scene| Some((scene.exact?, scene.data)));
     found.transpose()
+}
+
+/// What is known of the regularity of a scene's solution: of a catalogue's u with its data, whatever the scene is called, and of 6.1,
+/// where u is like r^(3/2) cos(3θ/2) at the end of the contact zone and smoother elsewhere: the sides are met at right angles, across
+/// which u is even, and f is continued by a kink.
+pub(super) fn regularity(scene: &Scene) -> Option<Regularity> {
+    let exact = scene.exact.as_ref()?;
+    if *exact == Exact::MeshFree(MeshFree::OneZone) {
+        return Some(Regularity::transition(2.5));
+    }
+    let is_it = |known: Scene| known.exact.as_ref() == Some(exact) && known.data == scene.data;
+    let all = catalogue().into_iter();
+    let mut known = all.filter(|e| self::scene(e).is_ok_and(is_it));
+    known.next().map(|e| e.regularity)
 }
 
 fn formula(scene: &str, key: &str, text: &str) -> Result<Expression> {
@@ -123,6 +137,21 @@ fn number(side: &Side, dim: usize) -> (usize, &'static str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_regularity_is_that_of_the_solution_and_not_of_the_name() {
+        for name in ["one-zone", "three-zones", "five-zones", "transition-1.5"] {
+            let scene = Scene::find(name).unwrap().renamed("mine").unwrap();
+            assert_eq!(
+                scene.regularity(),
+                Some(Regularity::transition(2.5)),
+                "{name}"
+            );
+        }
+        let plate = Scene::find("plate").unwrap();
+        let named = plate.renamed("transition-1.5").unwrap();
+        assert_eq!([plate, named].map(|s| s.regularity()), [None; 2]);
+    }
     use crate::scene::Part;
 
     /// Points of the closed rectangle or box without pattern, every fifth on the bottom.

@@ -205,6 +205,11 @@ impl Scene {
         &self.data
     }
 
+    /// What limits the order of any method for this scene, where that is known.
+    pub fn regularity(&self) -> Option<crate::truth::exact::Regularity> {
+        exact::regularity(self)
+    }
+
     /// What is known of u.
     pub fn exact(&self) -> Option<&Exact> {
         self.exact.as_ref()

@@ -12,6 +12,8 @@ pub(super) struct Load {
     pub frequency: f64,
     /// f as a function of x.
     pub f: fn(x: f64, frequency: f64) -> f64,
+    /// f is a sine or cosine of this times x.
+    pub wave_number: f64,
     /// w(theta) as the sum of a part that is smooth and even about theta = 0, and one that is smooth and odd.
     pub even: fn(theta: f64) -> f64,
     pub odd: fn(theta: f64) -> f64,
@@ -30,6 +32,7 @@ impl Load {
             centre: 1.0,
             frequency: 0.5,
             f: |x, _| -TAU * (TAU * x).sin(),
+            wave_number: TAU,
             even: |_| 0.5,
             odd: |theta| (2.0 * theta).sin() / TAU - theta / PI,
             slope: |theta| ((2.0 * theta).cos() - 1.0) / PI,
@@ -51,6 +54,7 @@ impl Load {
             centre: 0.0,
             frequency: f64::from(n),
             f: |x, frequency| (TAU * frequency).powi(2) * (TAU * frequency * x).cos(),
+            wave_number: TAU * f64::from(n),
             even: f64::cos,
             odd: |_| 0.0,
             slope: |theta| -theta.sin(),

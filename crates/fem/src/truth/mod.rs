@@ -102,6 +102,11 @@ impl Reference {
         (self.load.f)(x, self.load.frequency)
     }
 
+    /// At most so fast f turns along x, in radians a unit of length: f is one wave.
+    pub fn wave_number(&self) -> f64 {
+        self.load.wave_number
+    }
+
     /// u at a point of the closed square; not a number elsewhere.
     pub fn u(&self, x: f64, y: f64) -> f64 {
         if !inside(x, y) {
