@@ -408,7 +408,7 @@ mod tests {
         )
         .unwrap();
         let theory = [0, 1].map(|k| all[k].theory.map(|of| [of.h1, of.l2]));
-        assert_eq!(theory, [Some([1.0, 1.5]), Some([1.5, 2.0])]);
+        assert_eq!(theory, [Some([1.0, 1.0]), Some([1.5, 2.0])]);
         let found = [0, 1].map(|k| all[k].h1.fit.unwrap());
         for (found, order) in found.into_iter().zip([1.0, 1.5]) {
             assert!(
