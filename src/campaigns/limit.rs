@@ -122,6 +122,11 @@ impl Limit {
                 part(low),
                 part(high)
             ),
+            (_, Some([low, high])) if low >= -self.bound && high <= self.bound => {
+                "falls faster than theory on these meshes, as on the way through 0, and what it converges to cannot be told; \
+                 add finer meshes"
+                    .to_owned()
+            }
             (_, Some([low, high])) if low < high => format!(
                 "cannot be told to converge to 0 on these meshes: its limit is between {} and {} of it, where {bound} ({of_what}) is \
                  allowed; add finer meshes",
