@@ -226,11 +226,11 @@ mod tests {
     #[test]
     fn errors_are_quoted_and_else_the_last_lines() {
         let output = b"one\nprogress case-0 1 0.5\n-----\nerror it \xff broke\ntwo".to_vec();
-        let (lines, of_both, logged) = said(output, "three\n^^^\n");
+        let (lines, of_both, logged) = said(output.clone(), "three\n^^^\n");
         assert_eq!(lines.len(), 5);
         assert_eq!((&*lines[0], &*lines[4]), ("one", "two"));
         assert_eq!(of_both.quote(), ": it \u{fffd} broke");
-        assert_eq!(logged.len(), 60);
+        assert_eq!(logged.len(), output.len() + 10);
         let (_, of_both, _) = said(b"a\nb\n".to_vec(), "");
         assert_eq!(of_both.quote(), ": a | b");
         let (_, nothing, _) = said(Vec::new(), "\n");

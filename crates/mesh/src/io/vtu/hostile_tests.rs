@@ -134,10 +134,11 @@ fn big_endian_is_read() {
 }
 
 #[test]
-fn more_values_than_points_are_warned_of() {
+fn more_values_than_points_are_not_read() {
     let more = file(|f| f.array = f.array.replace("-inf", "3 4"));
     let vtu = more.read().expect("read");
-    assert_eq!(vtu.warnings.len(), 1);
+    let what = "the rest of the array \"u\", which has 4 numbers where the counts make 3";
+    assert_eq!(vtu.unread, [what]);
     assert_eq!(vtu.mesh.fields[0].values.len(), 3);
 }
 
