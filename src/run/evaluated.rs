@@ -65,3 +65,72 @@ pub fn certificate<T>(found: Result<T>) -> Result<Result<T, String>> {
         Err(other) => Err(other),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faceoff_fem::certify::certify;
+    use faceoff_fem::contact::{Discretisation, Iteration, Method, Stop, solve};
+    use faceoff_fem::scene::Scene;
+    use rayon::prelude::*;
+
+    const METHODS: [&str; 8] = [
+        "cr",
+        "cr-fc",
+        "p1",
+        "p2",
+        "p1-vi",
+        "cr-vi",
+        "penalty",
+        "multiplier",
+    ];
+
+    /// The error and the certificate of one answer; none where there is no answer, or no certificate.
+    fn checked(name: &str, method: &str, gamma0: f64, rule: &str) -> Option<Result<()>> {
+        let scene = Scene::find(name).unwrap();
+        let truth = Truth::of(&scene).unwrap().unwrap();
+        let mesh = scene.triangulation(Some(4)).unwrap();
+        let method: Method = method.parse().unwrap();
+        let mut discretisation = Discretisation::of(&scene, method);
+        discretisation.gamma0 = gamma0;
+        discretisation.load_quadrature = Some(rule.to_owned());
+        let problem = Problem::new(&scene, &mesh, &discretisation).ok()?;
+        let solved = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(())).ok()?;
+        let certificate = certificate(certify(&problem, &solved.u)).unwrap().ok()?;
+        let errors = Evaluated::new(&problem, &solved.u, Some(&truth))
+            .unwrap()
+            .errors;
+        Some(consistent(errors.map(|e| e.h1), &certificate))
+    }
+
+    /// Every scene in the plane whose solution is known, every method, γ₀ over nine decades, every rule of the load.
+    #[test]
+    fn every_error_lies_within_what_is_certified() {
+        let scenes = Scene::exact_names();
+        let all: Vec<(&str, &str, f64, &str)> = ["one-zone", "three-zones"]
+            .into_iter()
+            .chain(scenes)
+            .flat_map(|scene| METHODS.map(|method| (scene, method)))
+            .flat_map(|(scene, method)| [1e-3, 1.0, 1e6].map(|gamma0| (scene, method, gamma0)))
+            .flat_map(|(scene, method, gamma0)| {
+                ["radon-7", "edges-3", "centroid"].map(|rule| (scene, method, gamma0, rule))
+            })
+            .collect();
+        let found: Vec<_> = all
+            .par_iter()
+            .filter_map(|&(scene, method, gamma0, rule)| {
+                let found = checked(scene, method, gamma0, rule)?;
+                let of = format!("{scene} {method} γ₀ = {gamma0:e} {rule}");
+                Some(found.err().map(|error| format!("{of}: {error}")))
+            })
+            .collect();
+        assert!(
+            2 * found.len() > all.len(),
+            "{} of {}",
+            found.len(),
+            all.len()
+        );
+        let wrong: Vec<String> = found.into_iter().flatten().collect();
+        assert!(wrong.is_empty(), "{wrong:#?}");
+    }
+}
