@@ -103,29 +103,27 @@ mod tests {
         Some(consistent(errors.map(|e| e.h1), &certificate))
     }
 
-    /// Every scene in the plane whose solution is known, every method, γ₀ over nine decades, every rule of the load.
+    /// Every scene in the plane whose solution is known with every method, and the paper's two with γ₀ over nine decades and every rule
+    /// of the load.
     #[test]
     fn every_error_lies_within_what_is_certified() {
-        let scenes = Scene::exact_names();
-        let all: Vec<(&str, &str, f64, &str)> = ["one-zone", "three-zones"]
-            .into_iter()
-            .chain(scenes)
-            .flat_map(|scene| METHODS.map(|method| (scene, method)))
-            .flat_map(|(scene, method)| [1e-3, 1.0, 1e6].map(|gamma0| (scene, method, gamma0)))
-            .flat_map(|(scene, method, gamma0)| {
-                ["radon-7", "edges-3", "centroid"].map(|rule| (scene, method, gamma0, rule))
-            })
-            .collect();
-        let found: Vec<_> = all
-            .par_iter()
-            .filter_map(|&(scene, method, gamma0, rule)| {
-                let found = checked(scene, method, gamma0, rule)?;
-                let of = format!("{scene} {method} γ₀ = {gamma0:e} {rule}");
-                Some(found.err().map(|error| format!("{of}: {error}")))
-            })
-            .collect();
+        let usual = |scene| METHODS.map(|method| (scene, method, 1.0, "radon-7"));
+        let mut all: Vec<_> = Scene::exact_names().into_iter().flat_map(usual).collect();
+        for scene in ["one-zone", "three-zones"] {
+            for gamma0 in [1e-3, 1.0, 1e6] {
+                for rule in ["radon-7", "edges-3", "centroid"] {
+                    all.extend(METHODS.map(|method| (scene, method, gamma0, rule)));
+                }
+            }
+        }
+        let of = |&(scene, method, gamma0, rule): &(&str, &str, f64, &str)| {
+            let found = checked(scene, method, gamma0, rule)?;
+            let told = |error| format!("{scene} {method} γ₀ = {gamma0:e} {rule}: {error}");
+            Some(found.err().map(told))
+        };
+        let found: Vec<Option<String>> = all.par_iter().filter_map(of).collect();
         assert!(
-            2 * found.len() > all.len(),
+            4 * found.len() > 3 * all.len(),
             "{} of {}",
             found.len(),
             all.len()

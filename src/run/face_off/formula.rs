@@ -78,7 +78,7 @@ mod tests {
     fn the_time_is_a_variable_and_its_letter_is_not_taken_elsewhere() {
         let parameters = BTreeMap::from([("k".to_owned(), "2".to_owned())]);
         let of = |text: &str| Formula::new(text, &parameters);
-        let f = of("exp(-{k}*t) + sqrt(x)*tan(0)").unwrap();
+        let f = of("exp(-{k}*t) + sqrt(x) + tan(0)").unwrap();
         assert!(f.has_time);
         let value = f.at(&parameters, 0.5).unwrap().value([4.0, 0.0, 0.0]);
         assert!((value - ((-1.0_f64).exp() + 2.0)).abs() < 1e-14);
