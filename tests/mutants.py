@@ -110,7 +110,7 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("program")
     parser.add_argument("--seed", type=int, default=2017)
-    parser.add_argument("--count", type=int, default=2000)
+    parser.add_argument("--count", type=int, default=2030)
     parser.add_argument("--only")
     parser.add_argument("--keep", type=Path, default=Path("mutants"))
     parser.add_argument("--table", type=Path)

@@ -1,6 +1,7 @@
-//! What the answer of a program depends on: the program, the files that its command names, and what these may import.
+//! What the answer of a program depends on: the program, the files that its command names, what these may import, and the data
+//! beside them that any of these speaks of.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::kept::digest;
@@ -19,6 +20,9 @@ const LOADED: [&str; 30] = [
 /// What shells take apart.
 const BETWEEN: &str = " \t\n\"'`;|&<>()=:,";
 
+/// Longer data are not searched for the names of further data.
+const SEARCHED: usize = 1 << 22;
+
 /// Most files and folders below one folder of scripts.
 const MOST: usize = 20_000;
 
@@ -32,6 +36,8 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<BTreeMap<String
     let mut found = Found {
         home,
         files: BTreeSet::new(),
+        data: BTreeMap::new(),
+        written: BTreeSet::new(),
         folders: BTreeSet::new(),
         walked: BTreeSet::new(),
         seen: 0,
@@ -52,7 +58,9 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<BTreeMap<String
         for part in word.split_inclusive(|c| BETWEEN.contains(c)) {
             let name = part.trim_end_matches(|c| BETWEEN.contains(c));
             if !name.is_empty() {
-                if !is_written {
+                if is_written {
+                    found.written.insert(home.join(name));
+                } else {
                     found.named(name);
                 }
                 is_written = false;
@@ -69,19 +77,77 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<BTreeMap<String
     for root in roots {
         found.walk(&root)?;
     }
+    let mut spoken = Spoken::default();
+    command.iter().for_each(|word| spoken.add(word.as_bytes()));
     let mut digests = BTreeMap::new();
-    for path in found.files {
+    let mut left: Vec<PathBuf> = found.files.iter().cloned().collect();
+    while let Some(path) = left.pop() {
+        cancel::check()?;
         let path = path.canonicalize().unwrap_or(path);
         let name = path.strip_prefix(home).unwrap_or(&path);
-        let name = name.display().to_string();
-        digests.insert(name, digest(&file::read(&path)?));
+        let bytes = file::read(&path)?;
+        digests.insert(name.display().to_string(), digest(&bytes));
+        // Programs of the system speak of everything.
+        let is_theirs = found.walked.iter().any(|root| path.starts_with(root));
+        if is_theirs && (is_loaded(&path) || bytes.len() <= SEARCHED) {
+            spoken.add(&bytes);
+        }
+        if left.is_empty() {
+            let data = std::mem::take(&mut found.data).into_iter();
+            let (meant, rest) = data.partition(|(path, root)| spoken.is_of(path, root));
+            found.data = rest;
+            left.extend(BTreeMap::into_keys(meant));
+        }
     }
     Ok(digests)
+}
+
+/// Words that may be the names of files, as they stand in commands, scripts and data: each as a whole, and what it ends in from a dot on.
+#[derive(Default)]
+struct Spoken(HashSet<Vec<u8>>);
+
+impl Spoken {
+    fn add(&mut self, text: &[u8]) {
+        let is_between =
+            |byte: &u8| !(byte.is_ascii_alphanumeric() || b"-_.".contains(byte) || *byte >= 0x80);
+        for word in text.split(is_between) {
+            let end = word
+                .iter()
+                .rposition(|byte| *byte != b'.')
+                .map_or(0, |k| k + 1);
+            let word = &word[..end];
+            let dots = (0..word.len()).filter(|&k| k == 0 || word[k] == b'.');
+            for from in dots {
+                if !self.0.contains(&word[from..]) {
+                    self.0.insert(word[from..].to_owned());
+                }
+            }
+        }
+    }
+
+    /// Is a file below a folder spoken of: by its name, the end of it, or another folder that it is in?
+    fn is_of(&self, path: &Path, root: &Path) -> bool {
+        let below = path.strip_prefix(root).unwrap_or(path);
+        let name = below.file_name().unwrap_or_default().as_encoded_bytes();
+        let suffix = name
+            .iter()
+            .rposition(|byte| *byte == b'.')
+            .map(|at| &name[at..]);
+        let folders = below.parent().into_iter().flat_map(Path::components);
+        let mut folders = folders.map(|part| part.as_os_str().as_encoded_bytes());
+        self.0.contains(name)
+            || suffix.is_some_and(|suffix| self.0.contains(suffix))
+            || folders.any(|folder| self.0.contains(folder))
+    }
 }
 
 struct Found<'a> {
     home: &'a Path,
     files: BTreeSet<PathBuf>,
+    /// Others below the folders that were walked through, with these.
+    data: BTreeMap<PathBuf, PathBuf>,
+    /// What the command itself writes.
+    written: BTreeSet<PathBuf>,
     /// Those that it names.
     folders: BTreeSet<PathBuf>,
     /// Those that were walked through.
@@ -119,12 +185,17 @@ impl Found<'_> {
         }
     }
 
-    /// Adds what may be loaded from a folder and those in it, but for what this program keeps there.
+    /// Adds what is in a folder and in those in it, but for what this program keeps there.
     fn walk(&mut self, root: &Path) -> Result<()> {
         let mut folders = vec![root.to_owned()];
         while let Some(folder) = folders.pop() {
             let real = folder.canonicalize().map_err(Error::io(&folder, "find"))?;
-            let is_ours = ["journal.jsonl", "baseline.json", "job.json"];
+            let is_ours = [
+                "journal.jsonl",
+                "baseline.json",
+                "job.json",
+                ".faceoff-report",
+            ];
             if is_ours.iter().any(|name| folder.join(name).is_file()) || !self.walked.insert(real) {
                 continue;
             }
@@ -147,8 +218,12 @@ impl Found<'_> {
                 }
                 if path.is_dir() {
                     folders.push(path);
-                } else if path.is_file() && is_loaded(&path) {
-                    self.files.insert(path);
+                } else if path.is_file() {
+                    if is_loaded(&path) {
+                        self.files.insert(path);
+                    } else if !self.written.contains(&path) {
+                        self.data.insert(path, root.to_owned());
+                    }
                 }
             }
         }
@@ -223,7 +298,7 @@ mod tests {
         );
         assert_eq!(
             of(&home, &["no-such", "--in=u-{n}.csv"]),
-            [&own[..], &["u-16.csv", "u-8.csv"]].concat()
+            [&own[..], &["u-16.csv", "u-8.csv", "v.csv"]].concat()
         );
         let shared = |name: &str| at.join("shared").join(name).display().to_string();
         let found = of(
@@ -236,12 +311,41 @@ mod tests {
         );
         let expected = [shared("main.py"), shared("part/d.py")];
         assert_eq!(found[..2], expected);
-        assert_eq!(found[2..], [&own[..], &["v.csv"]].concat());
+        assert_eq!(found[2..], [&own[..], &["u-16.csv", "v.csv"]].concat());
         let found = of(&home, &["no-such", "-I", "../lib", "../shared/data.bin"]);
         assert_eq!(found[0], at.join("lib/e.idp").display().to_string());
         assert_eq!(found[1], shared("data.bin"));
         let sh = of(&home, &["sh"]);
         assert!(sh[0].starts_with('/') && sh.len() == 4, "{sh:?}");
+    }
+
+    /// By name, by what names of them end in, by a folder, and by what data themselves speak of.
+    #[test]
+    fn an_answer_depends_on_the_data_that_a_script_speaks_of() {
+        let folder = tempfile::tempdir().unwrap();
+        let home = folder.path().canonicalize().unwrap();
+        for (name, text) in [
+            (
+                "solve.py",
+                "open('in.json'); open(f'{name}.f64'); walk('inputs/')",
+            ),
+            ("in.json", "{\"of\": \"deep.dat\"}"),
+            ("deep.dat", ""),
+            ("cr.f64", ""),
+            ("inputs/more/7", ""),
+            ("r.md", ""),
+            ("log", ""),
+            ("page/index.html", ""),
+        ] {
+            let path = home.join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        let found = of(&home, &["no-such", "solve.py", "{out}"]);
+        assert_eq!(
+            found,
+            ["cr.f64", "deep.dat", "in.json", "inputs/more/7", "solve.py"]
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::rc::Rc;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
 
@@ -20,6 +20,9 @@ use faceoff_mesh::field::Results;
 use faceoff_mesh::file;
 use faceoff_mesh::io::{self, Format, Options, Series, msh};
 use faceoff_mesh::mesh::Mesh;
+
+/// So coarse are the dates of some file systems.
+const DATED: Duration = Duration::from_secs(2);
 
 /// What OpenMP and the libraries of linear algebra read.
 const THREADS: [&str; 4] = [
@@ -203,6 +206,9 @@ impl Script {
         let at = &folder.path;
         let out = at.join("out");
         std::fs::create_dir_all(&out).map_err(Error::io(&out, "make"))?;
+        // By the clock of the file system, which may be another machine's.
+        let begun = std::fs::metadata(&out).and_then(|found| found.modified());
+        let begun = begun.map_err(Error::io(&out, "look at"))?;
         let mesh = match (&self.mesh, task.mesh) {
             (Some(form), Some(mesh)) => Some(form.write(at, mesh)?),
             _ => None,
@@ -254,6 +260,13 @@ impl Script {
         if !std::fs::symlink_metadata(&out).is_ok_and(|found| found.is_dir()) {
             let what = "it has put something else where its folder {out} was";
             return Err(refuse(what.into(), "let it write into {out}"));
+        }
+        if let Some(old) = older(&out, begun) {
+            let name = old.strip_prefix(&out).unwrap_or(&old).display();
+            let what = format!("{name} is older than this run, which has not written it");
+            let remedy =
+                "let it write its results anew, or copy them without their dates if they are right";
+            return Err(refuse(what, remedy));
         }
         let mut left = self.left(&out, seconds)?;
         match &how.into {
@@ -384,6 +397,24 @@ impl Script {
         }
         Ok(numbers)
     }
+}
+
+/// A file in a folder, or in those in it, that was last written before a time.
+fn older(folder: &Path, begun: SystemTime) -> Option<PathBuf> {
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).ok()?.flatten() {
+            let Ok(found) = entry.metadata() else {
+                continue;
+            };
+            if found.is_dir() {
+                folders.push(entry.path());
+            } else if found.modified().is_ok_and(|at| at + DATED < begun) {
+                return Some(entry.path());
+            }
+        }
+    }
+    None
 }
 
 fn refuse_line(code: &str, file: &str, line: usize, what: String) -> Error {

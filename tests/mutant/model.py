@@ -137,7 +137,9 @@ def largest(f):
 def one_value(model, draw):
     f, k = pick(model, draw)
     row = list(f.values[k])
-    row[component(f, draw)] *= draw.choice([1 + 1e-6, 1 - 1e-6, 1.001, 2, 10, 1e3, 0, 0.5, -1])
+    i, factor = component(f, draw), draw.choice([1 + 1e-6, 1 - 1e-6, 1.001, 2, 10, 1e3, 0, 0.5, -1])
+    # A factor changes no 0.
+    row[i] = row[i] * factor or (0 if row[i] else 1e-3 * largest(f))
     put(f, k, row)
 
 

@@ -497,7 +497,7 @@ def matrix(draw, turn):
             values = {m: answer(at.program, "one-zone")[0][m] for m in ("cr", "p1")}
             at.put_all(liar(change(values), lie))
             at.put("m.toml", file(names))
-            return at.run("matrix", "m.toml")
+            return at.run("matrix", "--run", "m.toml")
 
         return run
 
