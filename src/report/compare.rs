@@ -6,7 +6,7 @@ use super::difference::write_differences;
 use super::html;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, count, table, word};
 use super::number::{number, place, size, whole};
-use super::verify::{remark, why, worst};
+use super::verify::{rests_on, why, worst};
 use crate::engine::unique;
 use faceoff_judge::{
     ComparedField, Comparison, Comparisons, Intersection, MatchBy, Norms, On, Part, Verdict,
@@ -431,8 +431,7 @@ fn fields_table(comparison: &Comparison) -> Table {
             On::Functions | On::Domain => "cells".to_owned(),
             _ => on(of),
         };
-        let remark = remark(&of.field, &carriers);
-        let what = remark.split_once(": ").map(|(_, what)| what.to_owned());
+        let what = rests_on(&of.field, &carriers);
         let single = of.single.then(|| "f32: 6e-8 is its rounding".to_owned());
         let identical = comparison.identical.then(|| "identical bytes".to_owned());
         let remarks: Vec<String> = [what, single, identical].into_iter().flatten().collect();

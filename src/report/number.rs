@@ -1,7 +1,5 @@
 //! Numbers as a person writes them: `0`, `1.86`, `3 136`, `2.5 · 10⁻⁷`.
 
-use super::outward::{Digits, above, below};
-
 /// Between thousands, and around the dot of a product: narrow, and no place to break a line.
 pub const THIN: char = '\u{202f}';
 
@@ -96,20 +94,7 @@ pub fn in_words(text: &str) -> String {
         if ends(before) && before != Some(&b'.') && ends(after) && !goes_on {
             let numeral = &text[at..at + length];
             let is_minus = before == Some(&b'-') && ends(at.checked_sub(2).map(|k| &bytes[k]));
-            // An interval stays one, and what is at most so much, too.
-            let head = &text[..at - usize::from(is_minus)];
-            let side = if head.ends_with('[') {
-                Some(below as Rounding)
-            } else if after == Some(&b']') || head.ends_with("at most ") {
-                Some(above as Rounding)
-            } else {
-                None
-            };
-            let shown = rewritten(numeral, |size, digits| match (side, is_minus) {
-                (Some(side), true) => -side(-size, digits),
-                (Some(side), false) => side(size, digits),
-                (None, _) => size,
-            });
+            let shown = rewritten(numeral);
             if is_minus || shown.is_some() {
                 told.push_str(&text[from..at - usize::from(is_minus)]);
                 told.push_str(if is_minus { "−" } else { "" });
@@ -148,18 +133,11 @@ fn numeral(bytes: &[u8]) -> usize {
     length
 }
 
-/// More digits than this are those of a machine.
+/// More digits than this are those of a machine, which is no way to tell a bound.
 const READABLE: usize = 10;
 
-/// To so many digits, up or down.
-type Rounding = fn(f64, Digits) -> f64;
-
-/// In fewer digits, by this rounding where some are left out.
-fn rewritten(numeral: &str, rounded: impl Fn(f64, Digits) -> f64) -> Option<String> {
-    let fewer = |value: f64, digits: usize, most: usize| match digits > most {
-        true => number(rounded(value, Digits::Counting(most)), most),
-        false => number(value, digits.max(1)),
-    };
+/// With the digits that it has, so that a bound stays one whatever the words about it; those of a machine are cut to a few.
+fn rewritten(numeral: &str) -> Option<String> {
     let value: f64 = numeral.parse().ok()?;
     let (mantissa, power) = numeral
         .split_once('e')
@@ -170,9 +148,10 @@ fn rewritten(numeral: &str, rounded: impl Fn(f64, Digits) -> f64) -> Option<Stri
         .filter(u8::is_ascii_digit)
         .count();
     match power {
-        Some(_) => Some(fewer(value, digits, 4)),
+        Some(_) if digits > READABLE => Some(number(value, 4)),
+        Some(_) => Some(number(value, digits.max(1))),
         None if mantissa.contains('.') && value == 0.0 => Some("0".into()),
-        None if digits > READABLE && mantissa.contains('.') => Some(fewer(value, digits, 6)),
+        None if digits > READABLE && mantissa.contains('.') => Some(number(value, 6)),
         None => None,
     }
 }
@@ -273,12 +252,8 @@ mod tests {
             "in [−0.25, 1], (0.2, 0), a-1"
         );
         assert_eq!(
-            of("in [-4.61928e-1, 3.27671e-3], at most 1.23410e-5"),
-            "in [−0.4620, 0.003277], at most 1.235 · 10⁻⁵"
-        );
-        assert_eq!(
-            of("in [1.23456e2, -1.23456e2], 1.23456e2"),
-            "in [123.4, −123.4], 123.5"
+            of("in [-4.61928e-1, 3.27671e-3], up to 1.23410e-5"),
+            "in [−0.461928, 0.00327671], up to 1.23410 · 10⁻⁵"
         );
         assert_eq!(of("0.0e0 against 1.864775194431245e0"), "0 against 1.865");
         for name in [

@@ -268,17 +268,26 @@ pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
 }
 
 /// The verdict, and what it rests on.
-pub(super) fn remark(field: &FieldVerdict, carriers: &str) -> String {
-    let mut text = word(field.verdict).to_owned();
-    if let Some(reason) = &field.reason {
-        text += &format!(": {reason}");
-    } else if field.beyond > 0 {
-        text += &format!(": {} of {} {carriers}", field.beyond, field.faces);
+fn remark(field: &FieldVerdict, carriers: &str) -> String {
+    let rest = rests_on(field, carriers).map_or(String::new(), |why| format!(": {why}"));
+    word(field.verdict).to_owned() + &rest
+}
+
+/// What a verdict rests on, where it is not that all is well.
+pub(super) fn rests_on(field: &FieldVerdict, carriers: &str) -> Option<String> {
+    let beyond = || format!("{} of {} {carriers}", field.beyond, field.faces);
+    let why = field
+        .reason
+        .clone()
+        .or_else(|| (field.beyond > 0).then(beyond));
+    let flips = match field.rounding_flips {
+        Some(flips @ 1..) => Some(format!("{flips} status flips at rounding level")),
+        _ => None,
+    };
+    match (why, flips) {
+        (Some(why), Some(flips)) => Some(format!("{why} ({flips})")),
+        (why, flips) => why.or(flips),
     }
-    if let Some(flips @ 1..) = field.rounding_flips {
-        text += &format!(" ({flips} status flips at rounding level)");
-    }
-    text
 }
 
 /// How much, where and how many, in one sentence.

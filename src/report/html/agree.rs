@@ -10,7 +10,8 @@ use super::surface::Surface;
 use super::verify::Run;
 use crate::campaigns::verify::CaseOutcome;
 use crate::engine::unique;
-use crate::report::number::{size, whole};
+use crate::report::number::{share, size, whole};
+use crate::report::outward::{Digits, above, below};
 use faceoff_fem::scene::Part;
 use faceoff_mesh::error::Result;
 
@@ -72,8 +73,8 @@ impl Run<'_> {
         let mut items = vec![
             format!("{}: {} fields of pairs", names.join(", "), whole(count)),
             format!(
-                "every equation of every answer: residual below {}",
-                size(residual * 1.05)
+                "every equation of every answer: residual at most {}",
+                size(above(residual, Digits::Counting(2)))
             ),
         ];
         let judged: Vec<_> = outcome.cross.iter().filter_map(|c| c.judged).collect();
@@ -86,7 +87,7 @@ impl Run<'_> {
             items.push(format!(
                 "methods against each other: {} distances, each below the sum of two guaranteed bounds, by {} of ‖∇u‖ at least",
                 whole(judged.len()),
-                crate::report::number::share(slack)
+                share(below(slack, Digits::Counting(if slack < 1e-3 { 2 } else { 3 })))
             ));
         }
         list("Checked", &items)

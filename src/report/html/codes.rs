@@ -6,7 +6,7 @@ use super::pair::{largest, pairs};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
 use crate::engine::unique;
 use crate::report::number::{number, place, size, whole};
-use crate::report::verify::{label, remark, sizes, versions, worst};
+use crate::report::verify::{label, sizes, versions, worst};
 use crate::run::{RESIDUAL_TOLERANCE, Setup, tolerance};
 use crate::why::Explanation;
 use faceoff_fem::contact::Method;
@@ -303,10 +303,10 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
                     .as_ref()
                     .map_or(Entry::words(""), |w| Entry::number(of(w), number(of(w), 4)))
             };
-            let said = match remark(f, "faces").split_once(": ") {
-                Some((_, why)) if f.reason.is_some() => format!(": {why}"),
-                _ => String::new(),
-            };
+            let said = f
+                .reason
+                .as_ref()
+                .map_or(String::new(), |why| format!(": {why}"));
             let row = vec![
                 Entry::words(pair.name()),
                 Entry::words(&f.field),

@@ -7,7 +7,7 @@ use super::plane::{Layers, View, WIDTH, circle, drawing, word};
 use super::ramp::Ramp;
 use super::source::{Triangle, entering};
 use crate::report::number::{number, place, size, trimmed, whole};
-use crate::report::verify::{remark, worst};
+use crate::report::verify::worst;
 use faceoff_judge::{ComparedField, Comparison, Differences, On};
 use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::mesh::Shape;
@@ -65,12 +65,10 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
             false => axis.strip(&[dot]),
         };
         let on = format!("{:?}", of.on).to_lowercase();
-        let why = remark(f, &on)
-            .split_once(": ")
-            .map_or(String::new(), |(_, why)| match f.reason {
-                Some(_) => format!(": {why}"),
-                None => String::new(),
-            });
+        let why = f
+            .reason
+            .as_ref()
+            .map_or(String::new(), |why| format!(": {why}"));
         let beyond = match f.beyond {
             0 => "none".to_owned(),
             some => format!("{} of {}", whole(some), whole(f.faces)),
