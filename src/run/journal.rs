@@ -1,6 +1,6 @@
 //! What was done so far, in a file as it is done, one entry a line, so that a run that was ended goes on where it was.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -39,6 +39,9 @@ struct Entry {
     key: String,
     asked: Value,
     found: Value,
+    /// Files that were changed while it was found: what a program writes beside itself is no part of what it depends on.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    wrote: BTreeSet<String>,
 }
 
 impl Journal {
@@ -127,7 +130,9 @@ impl Journal {
         let Some(entry) = self.known.get(key) else {
             return Ok(None);
         };
-        if let Some(what) = first_difference("", &entry.asked, asked) {
+        let wrote: BTreeSet<&String> = self.known.values().flat_map(|of| &of.wrote).collect();
+        let [was, is] = [&entry.asked, asked].map(|asked| without(asked, &wrote));
+        if let Some(what) = first_difference("", &was, &is) {
             let what = format!("was begun with something else: of {key}, {what}");
             return Err(refuse(&self.path, what));
         }
@@ -140,14 +145,69 @@ impl Journal {
     /// # Errors
     /// A file that cannot be written.
     pub fn keep(&self, key: &str, asked: &Value, found: &impl Serialize) -> Result<()> {
+        self.keep_run(key, [asked; 2], found)
+    }
+
+    /// Keeps what was found by a program, with what was asked as it stood before it ran and after.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn keep_run(
+        &self,
+        key: &str,
+        [asked, after]: [&Value; 2],
+        found: &impl Serialize,
+    ) -> Result<()> {
+        let mut wrote = BTreeSet::new();
+        changed(asked, after, &mut wrote);
         let entry = Entry {
             key: key.to_owned(),
             asked: asked.clone(),
             found: serde_json::to_value(found).unwrap_or_default(),
+            wrote,
         };
         let mut file = lock(&self.file);
         append(&mut file, &self.path, &entry)
     }
+}
+
+/// The object under this key holds the digests of files, by their names.
+const FILES: &str = "files";
+
+/// Files whose digests differ, or that one has and the other has not.
+fn changed(before: &Value, after: &Value, names: &mut BTreeSet<String>) {
+    let (Value::Object(before), Value::Object(after)) = (before, after) else {
+        return;
+    };
+    for (key, was) in before {
+        let Some(is) = after.get(key) else { continue };
+        match (key == FILES, was, is) {
+            (true, Value::Object(was), Value::Object(is)) => {
+                let all = was.keys().chain(is.keys());
+                names.extend(all.filter(|name| was.get(*name) != is.get(*name)).cloned());
+            }
+            _ => changed(was, is, names),
+        }
+    }
+}
+
+/// A value without the files of these names.
+fn without(of: &Value, names: &BTreeSet<&String>) -> Value {
+    let Value::Object(all) = of else {
+        return of.clone();
+    };
+    let of = |(key, value): (&String, &Value)| {
+        let value = match value {
+            Value::Object(files) if key == FILES => files
+                .iter()
+                .filter(|(name, _)| !names.contains(name))
+                .map(|(name, digest)| (name.clone(), digest.clone()))
+                .collect(),
+            other => without(other, names),
+        };
+        (key.clone(), value)
+    };
+    Value::Object(all.iter().map(of).collect())
 }
 
 fn refuse(path: &Path, what: String) -> Error {
@@ -210,6 +270,25 @@ mod tests {
         drop(again);
         let again = Journal::open(&path, &of).unwrap();
         assert_eq!(again.find("a", &asked).unwrap(), Some(2.5));
+    }
+
+    #[test]
+    fn what_a_program_writes_beside_itself_is_not_what_it_depends_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("j.jsonl");
+        let asked =
+            |log: &str, data: &str| json!({ "code": { "files": { "log": log, "data": data } } });
+        let journal = Journal::open(&path, &json!({})).unwrap();
+        journal
+            .keep_run("a", [&asked("1", "x"), &asked("2", "x")], &2.5)
+            .unwrap();
+        journal.keep("b", &asked("2", "x"), &3.5).unwrap();
+        drop(journal);
+        let again = Journal::open(&path, &json!({})).unwrap();
+        for (key, found) in [("a", 2.5), ("b", 3.5)] {
+            assert_eq!(again.find(key, &asked("3", "x")).unwrap(), Some(found));
+            assert!(again.find::<f64>(key, &asked("3", "y")).is_err());
+        }
     }
 
     #[test]

@@ -191,7 +191,7 @@ impl<'a> Runner<'a> {
             found.extend(self.job(engine, cases, self.settings, first)?);
             return Ok(found);
         };
-        let program = engine.identity()?;
+        let mut program = engine.identity()?;
         for (k, case) in cases.iter().enumerate() {
             cancel::check()?;
             let key = format!("{}: {}", engine.name(), case_label(case));
@@ -204,9 +204,11 @@ impl<'a> Runner<'a> {
                 continue;
             }
             let run = self.job(engine, &[case], self.settings, first + k)?;
+            program = engine.identity()?;
+            let after = json!({ "program": program, "problem": identity(case) });
             for answer in &run.answers {
                 let kept = Kept::new(engine.name(), &run.version, case, answer);
-                journal.keep(&key, &asked, &kept)?;
+                journal.keep_run(&key, [&asked, &after], &kept)?;
             }
             found.extend(run);
         }

@@ -337,13 +337,17 @@ fn answer(
     (level, problem): (&Level, &Value),
     how: &Running,
 ) -> Result<Result<Left>> {
-    let asked = match how.store.map(|_| code.identity()).transpose() {
-        Ok(identity) => json!({ "problem": problem, "code": identity }),
+    let asked = || {
+        let identity = how.store.map(|_| code.identity()).transpose()?;
+        Ok(json!({ "problem": problem, "code": identity }))
+    };
+    let before = match asked() {
+        Ok(before) => before,
         Err(error) => return Ok(Err(error)),
     };
     let mut into = None;
     if let Some(store) = how.store {
-        if let Some(left) = store.find(code, level, &asked)? {
+        if let Some(left) = store.find(code, level, &before)? {
             return Ok(Ok(left));
         }
         into = Some(store.place(code.name(), level)?);
@@ -353,7 +357,7 @@ fn answer(
         Err(error) => return Ok(Err(error)),
     };
     if let Some(store) = how.store {
-        store.keep(code.name(), level, &asked, left.seconds)?;
+        store.keep(code.name(), level, [&before, &asked()?], left.seconds)?;
     }
     Ok(Ok(left))
 }

@@ -114,14 +114,15 @@ impl Store {
             .flatten())
     }
 
-    /// Keeps a run whose files are in their place.
+    /// Keeps a run whose files are in their place, with what was asked as it stood before it and after.
     ///
     /// # Errors
     /// A journal that cannot be written.
-    pub fn keep(&self, code: &str, level: &Level, asked: &Value, seconds: f64) -> Result<()> {
+    pub fn keep(&self, code: &str, level: &Level, asked: [&Value; 2], seconds: f64) -> Result<()> {
         let label = label(code, level);
         let digests = digests(&self.folder.join(&label))?;
-        self.journal.keep(&label, asked, &Kept { seconds, digests })
+        self.journal
+            .keep_run(&label, asked, &Kept { seconds, digests })
     }
 
     /// Writes the runs of these codes and levels, with what each was asked, as a record into a folder.
