@@ -7,6 +7,9 @@ use super::ramp::CLASSES;
 
 /// The width of a map in units of its picture.
 pub(super) const WIDTH: f64 = 384.0;
+/// Widths of a drawing on a wide and on a narrow page.
+pub(in crate::report) const WIDEST: f64 = 1090.0;
+pub(in crate::report) const NARROWEST: f64 = 358.0;
 /// Larger sides of squares than this hide what is small.
 const SQUARE: f64 = 4.0;
 
@@ -182,6 +185,58 @@ pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> su
         width + 4.0,
         height + 4.0
     ))
+}
+
+/// A drawing that does not grow with its page, and that is a file of its own as well.
+pub struct Picture {
+    label: String,
+    size: [f64; 2],
+    svg: String,
+}
+
+impl Picture {
+    pub fn new(label: &str, size: [f64; 2], svg: String) -> Self {
+        Picture {
+            label: label.to_owned(),
+            size: size.map(|side| side.ceil() + 4.0),
+            svg,
+        }
+    }
+
+    pub fn html(&self) -> super::Html {
+        let [width, height] = self.size;
+        super::markup::raw(format!(
+            "<svg role=\"img\" aria-label=\"{}\" style=\"max-width:{:.0}px\" viewBox=\"-2 -2 {width} {height}\">{}</svg>",
+            escape(&self.label),
+            1.16 * width,
+            self.svg
+        ))
+    }
+
+    /// In the colours of a light page, without variables, which other programs do not know.
+    pub fn file(&self) -> String {
+        let [width, height] = self.size;
+        let sheet = include_str!("svg.css");
+        let mut rules: String = sheet.lines().skip(2).collect();
+        let shades = include_str!("ramp.css").lines().nth(1).unwrap_or_default();
+        rules += &shades.replace("--c:", "fill:");
+        let values = sheet.split(['{', ';', '}']).filter_map(|part| part.split_once(':'));
+        // The first of a name is that of a light page.
+        let mut values: Vec<_> = values.filter(|(name, _)| name.starts_with("--")).collect();
+        values.reverse();
+        let values: std::collections::BTreeMap<_, _> = values.into_iter().collect();
+        for (name, value) in &values {
+            rules = rules.replace(&format!("var({name})"), value);
+        }
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{}\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"-2 -2 {width} {height}\"><style>text{{font-family:Helvetica,Arial,\"Liberation Sans\",sans-serif}}{rules}</style>\
+             <path fill=\"{}\" d=\"M-2 -2h{width}v{height}h-{width}z\"/>{}</svg>\n",
+            escape(&self.label),
+            values.get("--paper").unwrap_or(&"#fff"),
+            self.svg
+        )
+    }
 }
 
 /// A circle around a place, seen on any ground.
