@@ -39,7 +39,10 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
         report.blocks.push(levels_table(of).into());
         let picture = Figure {
             name: format!("orders-{}", of.field),
-            caption: format!("**Errors of `{}`** over h. Dotted: the nearest whole order", of.field),
+            caption: format!(
+                "**Errors of `{}`** over h. Dotted: the nearest whole order",
+                of.field
+            ),
             picture: Box::new(|width| charts("errors over h", &panels(of), width)),
         };
         report
@@ -92,8 +95,17 @@ fn panels(of: &Convergence) -> Vec<Chart> {
     let panel = |norm: &str, pick: Pick, order: &Order| {
         let errors = of.levels.iter();
         let errors = errors.filter_map(|l| Some([l.h, pick(l.norms.as_ref()?)?]));
-        let power = order.fit.map(|fit| fit.exponent.round()).filter(|p| *p >= 1.0);
-        let name = |p: f64| if p == 1.0 { "h".into() } else { format!("h^{p}") };
+        let power = order
+            .fit
+            .map(|fit| fit.exponent.round())
+            .filter(|p| *p >= 1.0);
+        let name = |p: f64| {
+            if p == 1.0 {
+                "h".into()
+            } else {
+                format!("h^{p}")
+            }
+        };
         let fit = order.fit.map(|fit| format!("order {:.2}", fit.exponent));
         let line = Line::new(&fit.unwrap_or_default(), 0, errors);
         Chart {
@@ -101,7 +113,10 @@ fn panels(of: &Convergence) -> Vec<Chart> {
             x: Axis::new("h"),
             y: Axis::new("error"),
             lines: vec![line],
-            slopes: Vec::from_iter(power.map(|power| Slope { power, name: name(power) })),
+            slopes: Vec::from_iter(power.map(|power| Slope {
+                power,
+                name: name(power),
+            })),
             ..Chart::default()
         }
     };

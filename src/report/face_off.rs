@@ -34,6 +34,9 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         let shown = worst_times(field);
         report
             .blocks
+            .push(heading(&format!("Differences of `{}`", field.field)));
+        report
+            .blocks
             .push(pairs_table(field, &shown, &times_words(field)).into());
         if shown.len() < field.pairs.len() {
             let all: Vec<&OfPair> = field.pairs.iter().collect();
@@ -43,19 +46,24 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
             report.blocks.push(Block::Page(vec![folded]));
         }
         if !field.orders.is_empty() {
-            let title = Block::Heading(2, format!("Orders of `{}`", field.field));
-            report.blocks.push(Block::Page(vec![title]));
+            report
+                .blocks
+                .push(heading(&format!("Orders of `{}`", field.field)));
             report.blocks.push(orders_table(field).into());
             let figures = Block::Html(Box::new(move || Ok(order_figures(field))));
             report.blocks.push(Block::Page(vec![figures]));
         }
     }
     for number in &of.numbers {
+        report
+            .blocks
+            .push(heading(&format!("Number `{}`", number.number)));
         report.blocks.push(number_table(number).into());
     }
     if let Some(diagnosis) = &of.diagnosis {
         report.blocks.push(moved_table(diagnosis).into());
     }
+    report.blocks.push(heading("Runs"));
     report.blocks.push(runs_table(&of.runs).into());
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
         let (a, b) = (&shown.a, &shown.b);
@@ -95,6 +103,11 @@ fn times_words(of: &OfField) -> String {
             format!(": only these times are judged: {}", joined(list, ", "))
         }
     }
+}
+
+/// On the terminal the table's own caption does.
+fn heading<'a>(words: &str) -> Block<'a> {
+    Block::Page(vec![Block::Heading(2, words.into())])
 }
 
 /// What fails first: a code, a field, an order, a number.
@@ -434,10 +447,11 @@ fn order_figures(of: &OfField) -> html::Html {
     let panel = |norm: &str, k: usize, pick: Pick| {
         let line = |(place, order): (usize, &OfOrder)| {
             let levels = order.n.iter().zip(&order.found.levels);
-            let errors = levels
-                .filter_map(|(n, l)| Some([(*n)? as f64, pick(l.norms.as_ref()?)?]));
+            let errors = levels.filter_map(|(n, l)| Some([(*n)? as f64, pick(l.norms.as_ref()?)?]));
             let found = [Some(&order.found.l2), order.found.h1.as_ref()][k];
-            let fit = found.and_then(|o| o.fit).map(|fit| format!("{:.2}", fit.exponent));
+            let fit = found
+                .and_then(|o| o.fit)
+                .map(|fit| format!("{:.2}", fit.exponent));
             Line {
                 about: fit.unwrap_or_default(),
                 ..Line::new(&order.of, place, errors)
@@ -451,9 +465,17 @@ fn order_figures(of: &OfField) -> html::Html {
     };
     let mut panels = vec![panel("L²", 0, |n| Some(n.l2)), panel("H¹", 1, |n| n.h1)];
     panels.retain(|panel| !panel.is_empty());
-    let dotted = if panels.iter().any(|p| !p.slopes.is_empty()) { "; dotted: theory" } else { "" };
+    let dotted = if panels.iter().any(|p| !p.slopes.is_empty()) {
+        "; dotted: theory"
+    } else {
+        ""
+    };
     let caption = format!("**{}** by n, with the order that fits{dotted}", of.field);
-    let widest = if panels.len() > 1 { html::WIDEST } else { 535.0 };
+    let widest = if panels.len() > 1 {
+        html::WIDEST
+    } else {
+        535.0
+    };
     html::chart_figure(&caption, &panels, widest)
 }
 

@@ -121,8 +121,18 @@ type Norm = (
 /// For each scene the errors of its methods in both norms.
 fn figures(all: &[Orders]) -> Html {
     let scenes = unique(all.iter().map(|o| &*o.scene));
-    let h1: Norm = ("H¹", |e| e.h1, |o| o.h1.fit, |o| Some(o.theory.as_ref()?.h1));
-    let l2: Norm = ("L²", |e| e.l2, |o| o.l2.fit, |o| Some(o.theory.as_ref()?.l2));
+    let h1: Norm = (
+        "H¹",
+        |e| e.h1,
+        |o| o.h1.fit,
+        |o| Some(o.theory.as_ref()?.h1),
+    );
+    let l2: Norm = (
+        "L²",
+        |e| e.l2,
+        |o| o.l2.fit,
+        |o| Some(o.theory.as_ref()?.l2),
+    );
     let pictures = scenes.into_iter().map(|scene| {
         let of = || all.iter().filter(|o| o.scene == scene);
         let panels = [h1, l2].map(|(norm, error, fit, theory)| {
@@ -141,7 +151,11 @@ fn figures(all: &[Orders]) -> Html {
             }
         });
         let has_theory = panels.iter().any(|panel| !panel.slopes.is_empty());
-        let dotted = if has_theory { "; dotted: orders of theory" } else { "" };
+        let dotted = if has_theory {
+            "; dotted: orders of theory"
+        } else {
+            ""
+        };
         let caption =
             format!("**{scene}**: the relative error over n, and the order that fits{dotted}");
         chart_figure(&caption, &panels, html::WIDEST)

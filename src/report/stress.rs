@@ -73,7 +73,9 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
         let sentences = sentences(outcome, engine);
         if !sentences.is_empty() {
             let title = format!("What {name} refuses, and how");
-            report.blocks.push(Block::Page(vec![Block::Heading(2, title)]));
+            report
+                .blocks
+                .push(Block::Page(vec![Block::Heading(2, title)]));
             report.blocks.push(Block::List(sentences));
         }
     }
@@ -174,7 +176,10 @@ fn ground(verdict: &Behaviour) -> &'static str {
 
 /// The numbers of a trial in a line, and why it is refused or wrong.
 fn told(cell: &stress::Entry) -> String {
-    let mut told = vec![format!("{} {}, {} {}", cell.engine, cell.method, cell.family, cell.value)];
+    let mut told = vec![format!(
+        "{} {}, {} {}",
+        cell.engine, cell.method, cell.family, cell.value
+    )];
     if let Behaviour::Refuses { sentence: why } | Behaviour::Wrong { why } = &cell.verdict {
         told.push(why.clone());
     }
@@ -194,7 +199,11 @@ fn told(cell: &stress::Entry) -> String {
 fn map_of(outcome: &StressOutcome) -> Map {
     let engines = || outcome.engines.iter().map(|(engine, _)| engine);
     let columns: Vec<(&String, &str)> = engines()
-        .flat_map(|engine| methods(outcome, engine).into_iter().map(move |m| (engine, m)))
+        .flat_map(|engine| {
+            methods(outcome, engine)
+                .into_iter()
+                .map(move |m| (engine, m))
+        })
         .collect();
     let lines = unique(engines().flat_map(|engine| lines(outcome, engine)));
     let spot = |cell: &stress::Entry| Spot {

@@ -54,15 +54,20 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
         .or_else(|| least(outcome))
         .unwrap_or_else(|| "No error is known of what was measured".into());
     let scenes = unique(outcome.rows.iter().map(|row| &*row.scene));
+    let left_out = match outcome.left_out.len() {
+        0 => "nothing".into(),
+        some => count(some, "measurement"),
+    };
     report.lede = format!(
-        "{} of {}: {} of {} s were spent, and {} left out.",
+        "{} of {}: {} of {} s were spent, {left_out} left out.",
         count(outcome.rows.len(), "measurement"),
         scenes.join(", "),
         number(outcome.spent, 2),
         number(outcome.budget, 2),
-        count(outcome.left_out.len(), "measurement"),
     );
-    let first = scenes.first().and_then(|scene| figures::work(outcome, scene));
+    let first = scenes
+        .first()
+        .and_then(|scene| figures::work(outcome, scene));
     report.lead.extend(first.map(Block::Figure));
     report.notes.push(HOW.into());
     for (k, scene) in scenes.into_iter().enumerate() {
@@ -89,7 +94,9 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
 /// The least error that all codes reach, or else as many as possible, and what it costs with each.
 fn claim(advice: &[Advice]) -> Option<String> {
     let first = &advice.first()?.scene;
-    let energy = advice.iter().filter(|a| a.scene == *first && a.norm == Norm::Energy);
+    let energy = advice
+        .iter()
+        .filter(|a| a.scene == *first && a.norm == Norm::Energy);
     let codes = |a: &&Advice| a.others.len();
     let most = energy.clone().map(|a| codes(&a)).max()?;
     let of = energy.filter(|a| codes(a) == most).last()?;
@@ -97,16 +104,20 @@ fn claim(advice: &[Advice]) -> Option<String> {
         crate::engine::OWN => a.method.clone(),
         name => format!("{} of {name}", a.method),
     };
-    let bound = if of.best.is_bound { ", certified," } else { "" };
+    let bound = if of.best.is_bound { " certified" } else { "" };
     let mut words = format!(
-        "**{} in energy**{bound} costs {} by {}",
+        "**{}{bound} energy error** costs {} by {}",
         percent_asked(of.target),
         duration(of.best.seconds).text(),
         way(&of.best)
     );
     for (k, other) in of.others.iter().enumerate() {
         let [between, needs] = if k == 0 { ["; ", " needs"] } else { [", ", ""] };
-        words += &format!("{between}{}{needs} {}", other.engine, duration(other.seconds).text());
+        words += &format!(
+            "{between}{}{needs} {}",
+            other.engine,
+            duration(other.seconds).text()
+        );
     }
     Some(words)
 }
@@ -141,7 +152,9 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Ve
     if advice.count() > 0 {
         page.push(Block::Heading(3, "What an accuracy costs".into()));
         page.push(Block::Text(ADVICE.into()));
-        page.push(Block::Html(Box::new(move || Ok(costs(&outcome.advice, scene)))));
+        page.push(Block::Html(Box::new(move || {
+            Ok(costs(&outcome.advice, scene))
+        })));
     }
     let gamma = figures::gamma(outcome, scene).map(Block::Figure);
     let found = outcome.gammas.iter().filter(|g| g.scene == scene);

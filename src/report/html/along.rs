@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use super::Html;
 use super::chain::Chain;
 use super::markup::{division, escape, figure};
-use super::plane::{NARROWEST, WIDEST, drawing, word};
+use super::plane::{NARROWEST, WIDEST, drawing, position, word};
 use super::residual::Put;
-use crate::report::number::{number, place, size, trimmed};
+use crate::report::number::{place, size};
 use faceoff_fem::contact::Problem;
 use faceoff_mesh::field::FaceFields;
 
@@ -190,9 +190,7 @@ impl Sheet<'_> {
         let y = self.at + 16.0;
         for k in 0..=4 {
             let s = from + (to - from) * f64::from(k) / 4.0;
-            // Half a face less and half a face more is not always 0.
-            let told = if s.abs() < 1e-9 * (to - from) { 0.0 } else { s };
-            self.svg += &word("t m", [self.x(s), y], &trimmed(&number(told, 3)));
+            self.svg += &word("t m", [self.x(s), y], &position(s, to - from));
         }
         if !self.is_narrow {
             let axis = self.chain.axis;

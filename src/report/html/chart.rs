@@ -79,7 +79,7 @@ pub(in crate::report) struct Line {
     pub is_dashed: bool,
     /// Without marks.
     pub is_bare: bool,
-    /// 1 unless lines may lie upon each other.
+    /// 1 unless lines may lie upon each other; 0: marks only.
     pub thickness: f64,
     pub points: Vec<Point>,
 }
@@ -214,12 +214,20 @@ fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
         let first = (low / step).ceil();
         (0..6).map(|k| (first + f64::from(k)) * step).collect()
     };
-    let all: Vec<f64> = all.into_iter().filter(|v| (low..=high).contains(v)).collect();
-    let is_plain = all.iter().all(|v| (9e-3..2e3).contains(v));
-    let label = |v: f64| match v.log10().round() as i32 {
-        _ if is_plain => trimmed(&number(v, 3)),
-        power if (v / 10f64.powi(power) - 1.0).abs() < 1e-9 => power_of_ten(power),
-        _ => number(v, if high / low > 5.0 { 1 } else { 2 }),
+    let all: Vec<f64> = all
+        .into_iter()
+        .filter(|v| (low..=high).contains(v))
+        .collect();
+    let is_plain = all.iter().all(|v| (9e-4..2e3).contains(v));
+    let label = |v: f64| {
+        let power = (v.log10() + 1e-9).floor() as i32;
+        let factor = v / 10f64.powi(power);
+        match (factor - 1.0).abs() < 1e-9 {
+            _ if is_plain => trimmed(&number(v, 3)),
+            true if power == 0 => "1".into(),
+            true => power_of_ten(power),
+            false => format!("{}·{}", trimmed(&number(factor, 2)), power_of_ten(power)),
+        }
     };
     all.into_iter().map(|v| (v, label(v))).collect()
 }
@@ -254,9 +262,19 @@ impl Chart {
     }
 
     /// A panel: with a label at each line, or none where there is no room for them; without labels on request.
-    fn draw(&self, [left, top]: [f64; 2], width: f64, height: f64, is_named: bool) -> Option<String> {
+    fn draw(
+        &self,
+        [left, top]: [f64; 2],
+        width: f64,
+        height: f64,
+        is_named: bool,
+    ) -> Option<String> {
         let shown = |p: &&Point| self.x.shows(p.at[0]) && self.y.shows(p.at[1]);
-        let points = || self.lines.iter().flat_map(|l| l.points.iter().filter(shown));
+        let points = || {
+            self.lines
+                .iter()
+                .flat_map(|l| l.points.iter().filter(shown))
+        };
         let xs = points().flat_map(|p| p.spread.unwrap_or([p.at[0]; 2]));
         let xs: Vec<f64> = xs.chain(self.front.iter().map(|p| p[0])).collect();
         let slopes = self.slopes(points().map(|p| p.at).collect(), &xs);
@@ -269,7 +287,12 @@ impl Chart {
             true => (widest.fold(0.0, f64::max) + 12.0).min(0.36 * width),
             false => 6.0,
         };
-        let frame = [left + LEFT, top + HEAD, left + width - room, top + height - FOOT];
+        let frame = [
+            left + LEFT,
+            top + HEAD,
+            left + width - room,
+            top + height - FOOT,
+        ];
         let mut svg = format!(
             "<text class=\"t b\" x=\"{left:.1}\" y=\"{:.1}\">{}<tspan class=\"q\">{}{}</tspan></text>",
             top + 11.0,
@@ -293,7 +316,10 @@ impl Chart {
                 from[0], from[1], to[0], to[1]
             );
             let shift = if k + 1 < slopes.len() { -6.0 } else { 14.0 };
-            let at = [from[0], (from[1] + shift).clamp(frame[1] + 10.0, frame[3] - 3.0)];
+            let at = [
+                from[0],
+                (from[1] + shift).clamp(frame[1] + 10.0, frame[3] - 3.0),
+            ];
             taken.push([at[0], at[1] - LINE, at[0] + wide(&slope.name), at[1]]);
             svg += &word("t halo", at, &slope.name);
         }
@@ -327,7 +353,10 @@ impl Chart {
         let mut svg = String::new();
         for (value, label) in self.y.ticks(y) {
             let at = y.at(value);
-            let _ = write!(svg, "<path class=\"hair\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>");
+            let _ = write!(
+                svg,
+                "<path class=\"hair\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
+            );
             svg += &word("t e", [left - 6.0, at + 3.5], &label);
         }
         let ticks = self.x.ticks(x);
@@ -342,13 +371,19 @@ impl Chart {
         let every = (1..=ticks.len().max(1)).find(fit).unwrap_or(1);
         for (value, label) in ticks.iter().step_by(every) {
             let at = x.at(*value);
-            let _ = write!(svg, "<path class=\"hair\" d=\"M{at:.1} {top:.1}V{bottom:.1}\"/>");
+            let _ = write!(
+                svg,
+                "<path class=\"hair\" d=\"M{at:.1} {top:.1}V{bottom:.1}\"/>"
+            );
             svg += &word("t m", [at, bottom + 15.0], label);
         }
         svg += &word("t e", [right, bottom + 30.0], &self.x.name);
         if let Some((value, name)) = self.level.filter(|l| y.at(l.0) <= bottom) {
             let at = y.at(value);
-            let _ = write!(svg, "<path class=\"frame dash\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>");
+            let _ = write!(
+                svg,
+                "<path class=\"frame dash\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
+            );
             svg += &word("t halo", [left + 4.0, at - 4.0], name);
         }
         let mut front = String::new();
@@ -398,7 +433,7 @@ impl Chart {
                 }
             }
             let dash = if line.is_dashed { " dash" } else { "" };
-            if way.len() > 1 {
+            if way.len() > 1 && line.thickness > 0.0 {
                 let _ = write!(
                     svg,
                     "<path class=\"{stroke}{dash}\" stroke-width=\"{:.1}\" d=\"{path}\"/>",
@@ -429,8 +464,8 @@ impl Chart {
         };
         let lines: Vec<[f64; 2]> = paths.iter().flat_map(sampled).collect();
         let ends = paths.iter().enumerate();
-        let mut ends: Vec<(usize, [f64; 2])> =
-            ends.filter_map(|(k, way)| {
+        let mut ends: Vec<(usize, [f64; 2])> = ends
+            .filter_map(|(k, way)| {
                 let rightmost = way.iter().max_by(|a, b| a[0].total_cmp(&b[0]));
                 Some((k, *rightmost?))
             })
@@ -445,12 +480,20 @@ impl Chart {
             let places = shifts.map(|k| {
                 let [x, y] = [end[0] + 8.0, end[1] + 3.5 + 7.0 * f64::from(k)];
                 let place = [x, y - 10.0, x + width, y + 3.0];
-                let inside = place[1] >= limits[1] && place[3] <= limits[3] && place[2] <= limits[2];
+                let inside =
+                    place[1] >= limits[1] && place[3] <= limits[3] && place[2] <= limits[2];
                 let is_free = inside && !taken.iter().any(|other| meets(other, &place));
-                let is_hit =
-                    |p: &&[f64; 2]| meets(&place, &[p[0] - 2.0, p[1] - 2.0, p[0] + 2.0, p[1] + 2.0]);
+                let is_hit = |p: &&[f64; 2]| {
+                    meets(&place, &[p[0] - 2.0, p[1] - 2.0, p[0] + 2.0, p[1] + 2.0])
+                };
                 let hits = lines.iter().filter(is_hit).count();
-                (is_free, 3 * hits + k.unsigned_abs() as usize, hits, [x, y], place)
+                (
+                    is_free,
+                    3 * hits + k.unsigned_abs() as usize,
+                    hits,
+                    [x, y],
+                    place,
+                )
             });
             let free = places.filter(|place| place.0);
             let (_, _, hits, at, place) = free.min_by_key(|place| place.1)?;
@@ -475,7 +518,11 @@ impl Chart {
                     at[1] - 3.5
                 );
             }
-            let class = if line.colour == RED { "t red halo" } else { "t b halo" };
+            let class = if line.colour == RED {
+                "t red halo"
+            } else {
+                "t b halo"
+            };
             svg += &word(class, *at, &line.label());
         }
         svg
@@ -488,7 +535,11 @@ fn key(charts: &[Chart], top: f64, width: f64) -> (String, f64) {
     let is_both = lines().any(|l| !l.names[0].is_empty());
     let sign = |l: &Line, fill: &str| {
         let is_hollow = !l.points.is_empty() && l.points.iter().all(|p| p.is_hollow);
-        let class = if is_hollow { format!("{} hollow", l.colour[0]) } else { fill.to_owned() };
+        let class = if is_hollow {
+            format!("{} hollow", l.colour[0])
+        } else {
+            fill.to_owned()
+        };
         mark(l.mark, &class, [0.0; 2], "")
     };
     let mut entries: Vec<(String, String)> = Vec::new();
@@ -509,7 +560,11 @@ fn key(charts: &[Chart], top: f64, width: f64) -> (String, f64) {
         if x > 0.0 && x + room > width {
             (x, y) = (0.0, y + 17.0);
         }
-        let _ = write!(svg, "<g transform=\"translate({:.1} {y:.1})\">{sign}</g>", x + 7.0);
+        let _ = write!(
+            svg,
+            "<g transform=\"translate({:.1} {y:.1})\">{sign}</g>",
+            x + 7.0
+        );
         svg += &word("t", [x + 18.0, y + 4.0], &name);
         x += room;
     }
@@ -528,7 +583,9 @@ fn mark(kind: usize, class: &str, [x, y]: [f64; 2], title: &str) -> String {
             "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.4\">{title}</circle>"
         );
     }
-    let corners = corners.iter().map(|[a, b]| format!("{:.1} {:.1}", x + a, y + b));
+    let corners = corners
+        .iter()
+        .map(|[a, b]| format!("{:.1} {:.1}", x + a, y + b));
     let corners = corners.collect::<Vec<_>>().join(" ");
     format!("<polygon class=\"{class}\" points=\"{corners}\">{title}</polygon>")
 }
@@ -539,7 +596,11 @@ pub(in crate::report) fn chart_figure(caption: &str, all: &[Chart], widest: f64)
     let [wide, narrow] = [widest, NARROWEST].map(|width| charts(&label, all, width).html());
     match all.iter().all(Chart::is_empty) {
         true => Html::default(),
-        false => figure("", caption, [division("wide", wide), division("narrow", narrow)]),
+        false => figure(
+            "",
+            caption,
+            [division("wide", wide), division("narrow", narrow)],
+        ),
     }
 }
 
@@ -572,4 +633,115 @@ pub(in crate::report) fn charts(label: &str, all: &[Chart], width: f64) -> Pictu
         }
     };
     Picture::new(label, [width, foot], svg)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(ends: &[f64]) -> Chart {
+        let line = |(k, end): (usize, &f64)| {
+            Line::new(&format!("m{k}"), k, [[16.0, 10.0 * end], [64.0, *end]])
+        };
+        Chart {
+            x: Axis::new("n"),
+            y: Axis::new("error"),
+            lines: ends.iter().enumerate().map(line).collect(),
+            ..Chart::default()
+        }
+    }
+
+    /// Where each label of a line stands.
+    fn labels(svg: &str) -> Vec<[f64; 2]> {
+        let number = |text: &str, name: &str| -> f64 {
+            let from = text.find(name).unwrap() + name.len();
+            text[from..].split('"').next().unwrap().parse().unwrap()
+        };
+        let all = svg
+            .split("<text ")
+            .filter(|t| t.starts_with("class=\"t b halo\""));
+        all.map(|t| [number(t, " x=\""), number(t, " y=\"")])
+            .collect()
+    }
+
+    #[test]
+    fn labels_do_not_collide_and_give_way_to_a_key() {
+        let drawn = charts("", &[chart(&[1e-3, 1.01e-3, 1.02e-3, 1e-4])], 384.0).file();
+        let found = labels(&drawn);
+        assert_eq!(found.len(), 4);
+        for (k, a) in found.iter().enumerate() {
+            let apart = found[k + 1..].iter().map(|b| (a[1] - b[1]).abs());
+            assert!(
+                apart.fold(f64::INFINITY, f64::min) >= LINE - 1.0,
+                "{found:?}"
+            );
+        }
+        assert!(!drawn.contains("<g transform"));
+        // Of so many that end in one place no label would be at its line.
+        let many: Vec<f64> = (0..24)
+            .map(|k| 1e-3 * (1.0 + 1e-3 * f64::from(k)))
+            .collect();
+        let drawn = charts("", &[chart(&many)], 384.0).file();
+        assert_eq!(
+            (labels(&drawn).len(), drawn.matches("<g transform").count()),
+            (0, 24)
+        );
+    }
+
+    #[test]
+    fn axes_have_numbers_however_short_they_are() {
+        for (low, high, labels) in [
+            (1e-7, 1e-1, "10⁻⁷ 10⁻⁶ 10⁻⁵ 10⁻⁴ 10⁻³ 10⁻² 10⁻¹"),
+            (0.05, 3.0, "0.05 0.1 0.2 0.5 1 2"),
+            (0.011, 0.019, "0.012 0.014 0.016 0.018"),
+            (3e-5, 2e-3, "5·10⁻⁵ 10⁻⁴ 2·10⁻⁴ 5·10⁻⁴ 10⁻³ 2·10⁻³"),
+        ] {
+            let found: Vec<String> = decades(low, high).into_iter().map(|t| t.1).collect();
+            assert_eq!(found.join(" "), labels);
+        }
+        assert!(decades(1e-30, 1.0).len() <= 8);
+    }
+
+    #[test]
+    fn dotted_slopes_are_clear_of_all_points() {
+        let mut of = chart(&[1e-3, 1e-4]);
+        of.slopes = [-1.0, -2.0]
+            .map(|power| Slope {
+                power,
+                name: String::new(),
+            })
+            .into();
+        let points = vec![[16.0, 1e-2], [64.0, 1e-4]];
+        let [above, below] = [0, 1].map(|k| of.slopes(points.clone(), &[16.0, 64.0])[k].1);
+        assert!(above[0][1] > 1e-2 && above[1][1] > 1e-4, "{above:?}");
+        assert!(below[0][1] < 1e-2 && below[1][1] < 1e-4, "{below:?}");
+        assert!((below[0][1] / below[1][1] - 16.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn names_cannot_become_markup() {
+        let evil = "</svg><script>\u{202e}&";
+        let mut of = chart(&[1e-3]);
+        of.name = evil.into();
+        of.x.name = evil.into();
+        of.lines[0].names[1] = evil.into();
+        of.lines[0].points[0].title = evil.into();
+        let of = [of, chart(&[1.0])];
+        for width in [1090.0, 384.0] {
+            let picture = charts(evil, &of, width);
+            for text in [picture.file(), picture.html().as_str().to_owned()] {
+                assert!(
+                    !text.contains("<script") && !text.contains('\u{202e}'),
+                    "{text}"
+                );
+                assert_eq!(text.matches("</svg>").count(), 1);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_all_zero_is_said_to_be() {
+        let of = charts("", &[chart(&[0.0, f64::NAN])], 384.0);
+        assert!(of.file().contains("No error is above zero."));
+    }
 }

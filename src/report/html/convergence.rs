@@ -37,7 +37,11 @@ pub(in crate::report) fn newton(
         }
     });
     let lines: Vec<Line> = lines.collect();
-    let steps = lines.iter().map(|line| line.points.len()).max().unwrap_or(1);
+    let steps = lines
+        .iter()
+        .map(|line| line.points.len())
+        .max()
+        .unwrap_or(1);
     let chart = Chart {
         x: Axis {
             is_linear: true,

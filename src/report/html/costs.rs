@@ -13,8 +13,12 @@ pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
     let engines = unique(advice.iter().flat_map(|a| ways(a).map(|way| &*way.engine)));
     let mut sheet = Sheet::default();
     sheet.head.push(Column::new("w", prose("accuracy asked")));
-    sheet.head.extend(engines.iter().map(|name| Column::new("w", prose(name))));
-    sheet.head.push(Column::new("", prose("command of the fastest")));
+    sheet
+        .head
+        .extend(engines.iter().map(|name| Column::new("w", prose(name))));
+    sheet
+        .head
+        .push(Column::new("", prose("command of the fastest")));
     for a in advice {
         let norm = match a.norm {
             Norm::Energy if a.best.is_bound => "energy, certified",
@@ -28,8 +32,14 @@ pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
                 return Entry::words("none measured");
             };
             let time = duration(way.seconds);
-            let time = if way.engine == a.best.engine { format!("**{time}**") } else { time };
-            let memory = way.memory_mb.map_or(String::new(), |mb| format!(", {mb:.0} MB"));
+            let time = if way.engine == a.best.engine {
+                format!("**{time}**")
+            } else {
+                time
+            };
+            let memory = way
+                .memory_mb
+                .map_or(String::new(), |mb| format!(", {mb:.0} MB"));
             let setting = leaf("small", &[], way.setting());
             let told = Html::from([prose(time + &memory), setting]);
             Entry::new(told, Some(way.seconds))

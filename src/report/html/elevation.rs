@@ -64,13 +64,16 @@ pub(in crate::report) fn elevation(
         scale,
         corner: [margin, 0.0],
     };
-    let [rows, columns] = [heights.len(), heights.first().map_or(0, Vec::len)].map(|n| n.max(2) - 1);
+    let [rows, columns] =
+        [heights.len(), heights.first().map_or(0, Vec::len)].map(|n| n.max(2) - 1);
     let place = |i: usize, j: usize| [i as f64 / columns as f64, j as f64 / rows as f64];
     let points = heights.iter().enumerate().flat_map(|(j, row)| {
         let of = move |(i, u): (usize, &f64)| (place(i, j), *u);
         row.iter().enumerate().map(of)
     });
-    let tops = points.chain([([0.0; 2], high)]).map(|(p, u)| view.at(p, u)[1]);
+    let tops = points
+        .chain([([0.0; 2], high)])
+        .map(|(p, u)| view.at(p, u)[1]);
     view.corner[1] = 12.0 - tops.fold(f64::INFINITY, f64::min);
     let height = view.corner[1] + scale * sin * TILT.sin() + foot;
     let mut svg = String::new();
@@ -79,19 +82,31 @@ pub(in crate::report) fn elevation(
         svg += &view.line("hair", [([t, 0.0], low), ([t, 1.0], low)]);
         svg += &view.line("hair", [([0.0, t], low), ([1.0, t], low)]);
         let name = trimmed(&number(t, 2));
-        let [x, y] = view.at([t, 0.0], low);
-        svg += &word("t e", [x - 4.0, y + 14.0], &if k == 2 { format!("x = {name}") } else { name.clone() });
-        let [x, y] = view.at([1.0, t], low);
+        let named = |axis: &str| {
+            if k == 2 {
+                format!("{axis} = {name}")
+            } else {
+                name.clone()
+            }
+        };
+        let [right, back] = [view.at([t, 0.0], low), view.at([1.0, t], low)];
+        // The corners belong to both axes.
         if k > 0 {
-            svg += &word("t", [x + 6.0, y + 12.0], &if k == 2 { format!("y = {name}") } else { name });
+            svg += &word("t e", [right[0] - 4.0, right[1] + 14.0], &named("x"));
+            svg += &word("t", [back[0] + 6.0, back[1] + 12.0], &named("y"));
         }
     }
-    for u in [low, 0.0, high] {
+    let mut heights_told = vec![(low, ""), (high, "u = ")];
+    if [low, high]
+        .iter()
+        .all(|end| end.abs() > 0.06 * (high - low))
+    {
+        heights_told.push((0.0, ""));
+    }
+    for (u, name) in heights_told {
         let [x, y] = view.at([0.0; 2], u);
-        if u == low || (high - low) * 0.06 < (u - low).abs() && (u == high || (high - u) > (high - low) * 0.06) {
-            let of = if u == high { "u = " } else { "" };
-            svg += &word("t e", [x - 6.0, y + 3.5], &format!("{of}{}", trimmed(&number(u, 2))));
-        }
+        let told = format!("{name}{}", trimmed(&number(u, 2)));
+        svg += &word("t e", [x - 6.0, y + 3.5], &told);
     }
     svg += &view.line("frame", [([0.0; 2], low), ([0.0; 2], high)]);
     let mut tiles = Vec::with_capacity(rows * columns);
@@ -135,10 +150,17 @@ mod tests {
         let file = elevation(&heights, &[[0.25, 0.75]], "u & v", 1090.0).file();
         assert_eq!(file.matches("class=\"f tile").count(), 16);
         assert_eq!(file.matches("class=\"redl").count(), 1);
-        assert!(file.contains("u &amp; v") && !file.contains("var("), "{file}");
-        // The last tile is that at x = 1, y = 0, where u is least; the highest is that at the back.
+        assert!(
+            file.contains("u &amp; v") && !file.contains("var("),
+            "{file}"
+        );
+        // The last tile is that at x = 1, y = 0, where u is small; u is largest at the back.
         let last = file.rfind("class=\"f tile").unwrap();
-        assert!(file[last..].starts_with("class=\"f tile g0\""), "{}", &file[last..]);
-        assert!(file.contains("tile g15"));
+        assert!(
+            file[last..].starts_with("class=\"f tile g1\""),
+            "{}",
+            &file[last..]
+        );
+        assert!(file.find("tile g12").unwrap() < last);
     }
 }

@@ -28,7 +28,15 @@ impl Map {
         let span = |count: usize| count.to_string();
         let codes = self.head.iter().map(|(code, methods)| {
             let span = span(methods.len());
-            leaf("th", &[("colspan", &*span), ("scope", "colgroup"), ("class", "code")], code)
+            leaf(
+                "th",
+                &[
+                    ("colspan", &*span),
+                    ("scope", "colgroup"),
+                    ("class", "code"),
+                ],
+                code,
+            )
         });
         let blank = element("td", &[("colspan", "2")], Html::default());
         let codes = element("tr", &[], [blank].into_iter().chain(codes));
@@ -36,15 +44,17 @@ impl Map {
         let named = self.of.map(|name| head(name, ""));
         let methods = self.head.iter().flat_map(|(_, methods)| {
             let class = |k| if k == 0 { "code" } else { "" };
-            methods.iter().enumerate().map(move |(k, m)| head(m, class(k)))
+            methods
+                .iter()
+                .enumerate()
+                .map(move |(k, m)| head(m, class(k)))
         });
         let names = element("tr", &[], named.into_iter().chain(methods));
         let bodies = self.families.iter().map(|(family, rows)| {
             let span = span(rows.len());
             let lines = rows.iter().enumerate().map(|(k, (value, spots))| {
-                let family = (k == 0).then(|| {
-                    leaf("th", &[("rowspan", &*span), ("scope", "rowgroup")], family)
-                });
+                let family = (k == 0)
+                    .then(|| leaf("th", &[("rowspan", &*span), ("scope", "rowgroup")], family));
                 let value = element("th", &[("scope", "row")], prose(value));
                 let spots = spots.iter().map(|spot| match spot {
                     Some(Spot { word, class, title }) => {
@@ -64,10 +74,18 @@ impl Map {
         let legend = element("p", &[("class", "cap")], legend);
         let head = element("thead", &[], [codes, names]);
         // A caption in the table would be as wide as that.
-        let caption = element("p", &[("class", "cap"), ("id", "map")], prose(&self.caption));
+        let caption = element(
+            "p",
+            &[("class", "cap"), ("id", "map")],
+            prose(&self.caption),
+        );
         let about = [("class", "heat"), ("aria-labelledby", "map")];
         let table = element("table", &about, [head, bodies]);
-        Html::from([caption, legend, element("div", &[("class", "scroll")], table)])
+        Html::from([
+            caption,
+            legend,
+            element("div", &[("class", "scroll")], table),
+        ])
     }
 }
 
@@ -78,18 +96,32 @@ mod tests {
     #[test]
     fn names_cannot_become_markup_and_columns_are_as_many_as_methods() {
         let evil = || "<script>\u{202e}&".to_owned();
-        let spot = || Some(Spot { word: evil(), class: "w1", title: "\"".into() });
+        let spot = || {
+            Some(Spot {
+                word: evil(),
+                class: "w1",
+                title: "\"".into(),
+            })
+        };
         let map = Map {
             caption: evil(),
             of: ["extreme", "value"],
-            head: vec![(evil(), vec![evil(), "p1".into()]), ("b".into(), vec!["p1".into()])],
+            head: vec![
+                (evil(), vec![evil(), "p1".into()]),
+                ("b".into(), vec!["p1".into()]),
+            ],
             families: vec![(evil(), vec![(evil(), vec![spot(), None, spot()])])],
             legend: vec![("w1", "worse")],
         };
         let html = map.html();
         let html = html.as_str();
-        assert!(!html.contains("<script") && !html.contains('\u{202e}'), "{html}");
-        assert!(html.contains("colspan=\"2\" scope=\"colgroup\"") && html.contains("title=\"&quot;\""));
+        assert!(
+            !html.contains("<script") && !html.contains('\u{202e}'),
+            "{html}"
+        );
+        assert!(
+            html.contains("colspan=\"2\" scope=\"colgroup\"") && html.contains("title=\"&quot;\"")
+        );
         assert_eq!(html.matches("<td").count(), 4, "three cells and the corner");
     }
 }

@@ -34,18 +34,16 @@ use super::folder::names;
 use super::model::{Block, Figure, Report, word as word_of};
 use super::provenance::{Provenance, provenance};
 pub(super) use along::Along;
+pub(super) use chart::{Axis, COLOURS, Chart, Line, Point, Slope, chart_figure, charts};
 pub(super) use codes::{tolerances, tried};
 pub(super) use compared::{Compared, by_field};
-pub(super) use chart::{Axis, COLOURS, Chart, Line, Point, Slope, chart_figure, charts};
 pub(super) use convergence::newton;
 pub(super) use costs::{costs, percent_asked};
 use faceoff_mesh::error::Result;
 pub(super) use history::history;
-pub use markup::Html;
-use markup::{
-    division, element, emphasised, facts, folded, leaf, prose, raw, table, text,
-};
 pub(super) use map::{Map, Spot};
+pub use markup::Html;
+use markup::{division, element, emphasised, facts, folded, leaf, prose, raw, table, text};
 pub use plane::Picture;
 pub(super) use plane::{NARROWEST, WIDEST};
 pub(super) use residual::{Put, by_term, cause};
@@ -67,7 +65,12 @@ const LONG: usize = 110;
 /// What a part of it is made of.
 pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
     let headline = &report.headline;
-    let style = [include_str!("svg.css"), include_str!("style.css"), include_str!("ramp.css")].concat();
+    let style = [
+        include_str!("svg.css"),
+        include_str!("style.css"),
+        include_str!("ramp.css"),
+    ]
+    .concat();
     let head = Html::from([
         raw("<meta charset=\"utf-8\">"),
         raw(format!(

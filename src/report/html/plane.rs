@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::markup::escape;
 use super::ramp::CLASSES;
+use crate::report::number::{number, trimmed};
 
 /// The width of a map in units of its picture.
 pub(super) const WIDTH: f64 = 384.0;
@@ -220,7 +221,9 @@ impl Picture {
         let mut rules: String = sheet.lines().skip(2).collect();
         let shades = include_str!("ramp.css").lines().nth(1).unwrap_or_default();
         rules += &shades.replace("--c:", "fill:");
-        let values = sheet.split(['{', ';', '}']).filter_map(|part| part.split_once(':'));
+        let values = sheet
+            .split(['{', ';', '}'])
+            .filter_map(|part| part.split_once(':'));
         // The first of a name is that of a light page.
         let mut values: Vec<_> = values.filter(|(name, _)| name.starts_with("--")).collect();
         values.reverse();
@@ -263,6 +266,12 @@ pub(super) fn word(class: &str, [x, y]: [f64; 2], text: &str) -> String {
         text = text.replace(&format!("Γ_{part}"), &below);
     }
     format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>")
+}
+
+/// A position as one reads it: what rounding leaves of 0, for a window of an extent, is 0.
+pub(super) fn position(x: f64, extent: f64) -> String {
+    let x = if x.abs() < 1e-9 * extent { 0.0 } else { x };
+    trimmed(&number(x, 3))
 }
 
 /// Numbers from 0 on that a person would write below an axis, to at most `most`.

@@ -1,9 +1,9 @@
 //! Work and precision of every code and method, and what γ₀ does: error over time and over γ₀.
 
-use crate::report::html::{Axis, COLOURS, Chart, Line, Point, charts};
 use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied, duration, front_in, value};
 use crate::engine::unique;
-use crate::report::model::{Figure, short};
+use crate::report::html::{Axis, COLOURS, Chart, Line, Point, charts};
+use crate::report::model::{Cell, Figure, short};
 
 /// Below rounding there is nothing to see.
 const LEAST: f64 = 1e-14;
@@ -14,7 +14,9 @@ pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
     let time = |row: &Row| row.seconds.median;
     let panel = |norm| {
         let front = front_in(&outcome.rows, norm).into_iter();
-        let front = front.map(|k| &outcome.rows[k]).filter(|row| row.scene == scene);
+        let front = front
+            .map(|k| &outcome.rows[k])
+            .filter(|row| row.scene == scene);
         let mut front: Vec<[f64; 2]> = front
             .filter_map(|row| Some([time(row), shown(row, norm)?]))
             .collect();
@@ -28,15 +30,26 @@ pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
             ..chart(lines(outcome, scene, &kinds, norm, time, true), norm)
         }
     };
-    let caption = "**Work and precision** of SCENE. Colours are codes, marks methods; dashed: adapted meshes; hollow: a guaranteed bound where \
-        u is not known; bars: least to most time. Dotted: what no measurement beats in both, other tolerances, rules and solvers included";
-    figure(NORMS.map(panel), format!("work-{scene}"), &caption.replace("SCENE", scene))
+    let caption = "**Work and precision** of SCENE. Colours are codes, marks methods; dashed: adapted meshes; hollow: guaranteed bounds of the \
+        error; bars: least to most time. Dotted: what no measurement beats in both, other tolerances, rules and solvers included";
+    figure(
+        NORMS.map(panel),
+        format!("work-{scene}"),
+        &caption.replace("SCENE", scene),
+    )
 }
 
 /// Error over γ₀; none without a row for it.
 pub fn gamma<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
     let panel = |norm| {
-        let lines = lines(outcome, scene, &[Varied::Gamma0], norm, |row| row.gamma0, false);
+        let lines = lines(
+            outcome,
+            scene,
+            &[Varied::Gamma0],
+            norm,
+            |row| row.gamma0,
+            false,
+        );
         Chart {
             x: Axis::new("γ₀"),
             ..chart(lines, norm)
@@ -103,29 +116,34 @@ fn lines(
     let methods = unique(rows.iter().map(|row| &*row.method));
     let place = |all: &[&str], name: &str| all.iter().position(|of| *of == name).unwrap_or(0);
     let mut all = Vec::new();
-    for (varied, engine, method) in unique(rows.iter().map(|r| (r.varied, &*r.engine, &*r.method))) {
+    for (varied, engine, method) in unique(rows.iter().map(|r| (r.varied, &*r.engine, &*r.method)))
+    {
         let of = |row: &&&Row| (row.varied, &*row.engine, &*row.method) == (varied, engine, method);
         let mut track: Vec<&Row> = rows.iter().filter(of).copied().collect();
         if varied == Varied::Gamma0 {
             let finest = track.iter().map(|row| row.n).max().flatten();
             track.retain(|row| row.n == finest);
         }
-        let point = |row: &&Row| {
-            let y = shown(row, norm)?;
-            let title = format!(
-                "{engine} {method}, {varied} {}: {} in {}",
+        let point = |row: &Row, y: f64, is_hollow: bool| Point {
+            spread: (has_spread && !is_hollow).then_some([row.seconds.least, row.seconds.most]),
+            is_hollow,
+            title: format!(
+                "{engine} {method}, {varied} {}: {}{} in {}",
                 value(row),
-                short(y),
+                if is_hollow { "at most " } else { "" },
+                if is_hollow {
+                    Cell::at_most(y).text()
+                } else {
+                    short(y)
+                },
                 duration(row.seconds.median)
-            );
-            Some(Point {
-                spread: has_spread.then_some([row.seconds.least, row.seconds.most]),
-                is_hollow: norm == Norm::Energy && row.h1.is_none(),
-                title,
-                ..Point::new([x(row), y])
-            })
+            ),
+            ..Point::new([x(row), y])
         };
-        let points: Vec<Point> = track.iter().filter_map(point).collect();
+        let is_bound = |row: &Row| norm == Norm::Energy && row.h1.is_none();
+        let points = track.iter();
+        let points = points.filter_map(|row| Some(point(row, shown(row, norm)?, is_bound(row))));
+        let points: Vec<Point> = points.collect();
         if points.is_empty() {
             continue;
         }
@@ -135,9 +153,21 @@ fn lines(
             1 => ("", of_method),
             _ => (engine, of_engine),
         };
+        let colour = COLOURS[colour % COLOURS.len()];
+        // What was certified, above the true error.
+        if varied == Varied::Adaptive && norm == Norm::Energy {
+            let known = track.iter().filter(|row| !is_bound(row));
+            let bounds = known.filter_map(|row| Some(point(row, row.certified?, true)));
+            all.push(Line {
+                colour,
+                mark: of_method,
+                points: bounds.collect(),
+                ..Line::default()
+            });
+        }
         all.push(Line {
             names: [name.to_owned(), method.to_owned()],
-            colour: COLOURS[colour % COLOURS.len()],
+            colour,
             mark: of_method,
             is_dashed: varied == Varied::Adaptive,
             thickness: 1.0,
