@@ -32,12 +32,10 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     report.next = next(of);
     for field in &of.fields {
         let shown = worst_times(field);
-        report
-            .blocks
-            .push(heading(&format!("Differences of `{}`", field.field)));
-        report
-            .blocks
-            .push(pairs_table(field, &shown, &times_words(field)).into());
+        let more = times_words(field);
+        let words = format!("Differences of `{}`{more}", field.field);
+        let table = pairs_table(field, &shown, &more);
+        report.blocks.extend(headed(words, table));
         if shown.len() < field.pairs.len() {
             let all: Vec<&OfPair> = field.pairs.iter().collect();
             let table = pairs_table(field, &all, " at every time");
@@ -46,25 +44,22 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
             report.blocks.push(Block::Page(vec![folded]));
         }
         if !field.orders.is_empty() {
-            report
-                .blocks
-                .push(heading(&format!("Orders of `{}`", field.field)));
-            report.blocks.push(orders_table(field).into());
+            let table = orders_table(field);
+            report.blocks.extend(headed(table.caption.clone(), table));
             let figures = Block::Html(Box::new(move || Ok(order_figures(field))));
             report.blocks.push(Block::Page(vec![figures]));
         }
     }
     for number in &of.numbers {
-        report
-            .blocks
-            .push(heading(&format!("Number `{}`", number.number)));
-        report.blocks.push(number_table(number).into());
+        let table = number_table(number);
+        report.blocks.extend(headed(table.caption.clone(), table));
     }
     if let Some(diagnosis) = &of.diagnosis {
         report.blocks.push(moved_table(diagnosis).into());
     }
-    report.blocks.push(heading("Runs"));
-    report.blocks.push(runs_table(&of.runs).into());
+    report
+        .blocks
+        .extend(headed("Runs".into(), runs_table(&of.runs)));
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
         let (a, b) = (&shown.a, &shown.b);
         format!("On the map a is `{a}` and b is `{b}`.")
@@ -105,9 +100,16 @@ fn times_words(of: &OfField) -> String {
     }
 }
 
-/// On the terminal the table's own caption does.
-fn heading<'a>(words: &str) -> Block<'a> {
-    Block::Page(vec![Block::Heading(2, words.into())])
+/// A table under its heading; on the terminal its caption does.
+fn headed<'a>(words: String, table: Table) -> [Block<'a>; 2] {
+    let bare = Table {
+        caption: String::new(),
+        ..table.clone()
+    };
+    [
+        Block::Terminal(vec![table.into()]),
+        Block::Page(vec![Block::Heading(2, words), bare.into()]),
+    ]
 }
 
 /// What fails first: a code, a field, an order, a number.

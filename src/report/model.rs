@@ -105,7 +105,7 @@ impl Figure<'_> {
 }
 
 /// Rows of cells; a column of numbers is aligned as such.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct Table {
     /// What it shows.
     pub caption: String,

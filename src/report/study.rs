@@ -50,10 +50,14 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     let question = "faceoff study: what does each digit cost?";
     let mut report = Report::new("study", question, headline, outcome)?;
     report.engines = outcome.engines.clone();
-    report.claim = claim(&outcome.advice)
+    let scenes = unique(outcome.rows.iter().map(|row| &*row.scene));
+    let about = match scenes[..] {
+        [first, _, ..] => format!(" on {first}"),
+        _ => String::new(),
+    };
+    report.claim = claim(&outcome.advice, &about)
         .or_else(|| least(outcome))
         .unwrap_or_else(|| "No error is known of what was measured".into());
-    let scenes = unique(outcome.rows.iter().map(|row| &*row.scene));
     let left_out = match outcome.left_out.len() {
         0 => "nothing".into(),
         some => count(some, "measurement"),
@@ -92,7 +96,7 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
 }
 
 /// The least error that all codes reach, or else as many as possible, and what it costs with each.
-fn claim(advice: &[Advice]) -> Option<String> {
+fn claim(advice: &[Advice], about: &str) -> Option<String> {
     let first = &advice.first()?.scene;
     let energy = advice
         .iter()
@@ -106,7 +110,7 @@ fn claim(advice: &[Advice]) -> Option<String> {
     };
     let bound = if of.best.is_bound { " certified" } else { "" };
     let mut words = format!(
-        "**{}{bound} energy error** costs {} by {}",
+        "**{}{bound} energy error**{about} costs {} by {}",
         percent_asked(of.target),
         duration(of.best.seconds).text(),
         way(&of.best)

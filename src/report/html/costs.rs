@@ -18,7 +18,7 @@ pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
         .extend(engines.iter().map(|name| Column::new("w", prose(name))));
     sheet
         .head
-        .push(Column::new("", prose("command of the fastest")));
+        .push(Column::new("cmd", prose("command of the fastest")));
     for a in advice {
         let norm = match a.norm {
             Norm::Energy if a.best.is_bound => "energy, certified",

@@ -55,7 +55,7 @@ pub(in crate::report) fn elevation(
     let width = width.min(WIDEST);
     let all = || heights.iter().flatten().copied().filter(|u| u.is_finite());
     let (low, high) = (all().fold(0.0, f64::min), all().fold(0.0, f64::max));
-    let [margin, foot] = [46.0, 34.0];
+    let [margin, foot] = [54.0, 34.0];
     let (sin, cos) = TURN.sin_cos();
     let scale = (width - 2.0 * margin) / (sin + cos);
     let mut view = View {
