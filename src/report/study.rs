@@ -98,12 +98,12 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
 /// The least error that all codes reach, or else as many as possible, and what it costs with each.
 fn claim(advice: &[Advice], about: &str) -> Option<String> {
     let first = &advice.first()?.scene;
-    let energy = advice
+    let mut energy = advice
         .iter()
         .filter(|a| a.scene == *first && a.norm == Norm::Energy);
     let codes = |a: &&Advice| a.others.len();
     let most = energy.clone().map(|a| codes(&a)).max()?;
-    let of = energy.filter(|a| codes(a) == most).last()?;
+    let of = energy.rfind(|a| codes(a) == most)?;
     let way = |a: &Alternative| match &*a.engine {
         crate::engine::OWN => a.method.clone(),
         name => format!("{} of {name}", a.method),

@@ -10,11 +10,14 @@ pub(in crate::report) struct Map {
     pub of: [&'static str; 2],
     /// Codes, and the methods of each.
     pub head: Vec<(String, Vec<String>)>,
-    /// Families, the values of each, and what became of them in each column.
-    pub families: Vec<(String, Vec<(String, Vec<Option<Spot>>)>)>,
+    /// Families, and the values of each.
+    pub families: Vec<(String, Vec<Row>)>,
     /// What each ground means.
     pub legend: Vec<(&'static str, &'static str)>,
 }
+
+/// A value, and what became of it in each column.
+pub(in crate::report) type Row = (String, Vec<Option<Spot>>);
 
 /// One word, the class of its ground, and its numbers where one points.
 pub(in crate::report) struct Spot {
