@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::html::{Axis, Chart, Line, Slope, charts};
 use super::model::{Block, Cell, Figure, Report, Table, joined, table};
+use super::number::power_of_ten;
 use crate::campaigns::convergence::{Convergence, Order};
 use faceoff_mesh::error::Result;
 
@@ -40,7 +41,7 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
         let picture = Figure {
             name: format!("orders-{}", of.field),
             caption: format!(
-                "**Errors of `{}`** over h. Dotted: the nearest whole order",
+                "**Errors of {}** over h. Dotted: the nearest whole order",
                 of.field
             ),
             picture: Box::new(|width| charts("errors over h", &panels(of), width)),
@@ -99,12 +100,9 @@ fn panels(of: &Convergence) -> Vec<Chart> {
             .fit
             .map(|fit| fit.exponent.round())
             .filter(|p| *p >= 1.0);
-        let name = |p: f64| {
-            if p == 1.0 {
-                "h".into()
-            } else {
-                format!("h^{p}")
-            }
+        let name = |p: f64| match power_of_ten(p as i32).strip_prefix("10") {
+            Some(raised) if p != 1.0 => format!("h{raised}"),
+            _ => "h".to_owned(),
         };
         let fit = order.fit.map(|fit| format!("order {:.2}", fit.exponent));
         let line = Line::new(&fit.unwrap_or_default(), 0, errors);

@@ -1,4 +1,4 @@
-//! Charts of errors over meshes, times or parameters: what is drawn is described once, and set for the width of its page.
+//! Charts of errors over meshes, times or parameters: each is described once and drawn for the width of its page.
 
 use std::fmt::Write as _;
 
@@ -43,7 +43,7 @@ const LETTER: f64 = 6.1;
 /// Places that are tried for a label, half a line from one to the next.
 const SHIFTS: i32 = 15;
 
-/// Lines over two axes.
+/// A chart of lines over two axes, logarithmic as a rule.
 #[derive(Default)]
 pub(in crate::report) struct Chart {
     /// What it is of.

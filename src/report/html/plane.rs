@@ -188,7 +188,7 @@ pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> su
     ))
 }
 
-/// A drawing that does not grow with its page, and that is a file of its own as well.
+/// A drawing for a page, no larger there than it was drawn, which can also be written to a file.
 pub struct Picture {
     label: String,
     size: [f64; 2],
@@ -214,7 +214,7 @@ impl Picture {
         ))
     }
 
-    /// In the colours of a light page, without variables, which other programs do not know.
+    /// A whole SVG file in the colours of a light page; variables are resolved, as other programs do not know them.
     pub fn file(&self) -> String {
         let [width, height] = self.size;
         let sheet = include_str!("svg.css");
