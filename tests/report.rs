@@ -327,6 +327,34 @@ fn an_agreement_is_one_screen_and_a_fault_in_four_cases_three() {
     assert!(!html.contains("What to do next"));
 }
 
+/// What a campaign found is read on any screen and on paper: only a table's own box scrolls sideways.
+#[test]
+fn pages_of_campaigns_fit_every_screen() {
+    let folder = folder();
+    let at = folder.path();
+    let commands: [&[&str]; 4] = [
+        &["study", "one-zone", "--finest", "16", "--budget", "5s"],
+        &["stress", "transition-1.5", "--families", "gamma0,bodies"],
+        &["orders", "one-zone"],
+        &["paper", "--n", "4,8", "--fine", "8"],
+    ];
+    for words in commands {
+        let name = words[0];
+        let ran = run(at, &[words, &["--report", name, "--quiet"]].concat());
+        assert_eq!(ran.code, Some(0), "{name}: {}", ran.stderr);
+        let page = at.join(name).join("index.html");
+        assert!(fs::metadata(&page).unwrap().len() < 1_000_000, "{name}");
+        for (size, words, width) in [
+            ("1280x900", &[][..], 1280.0),
+            ("390x900", &["--dark"], 390.0),
+            ("696x900", &["--media", "print"], 696.0),
+        ] {
+            let seen = in_browser(&page, &[&["--size", size][..], words].concat());
+            assert!(fits(&seen, width), "{name} at {size}: {}", seen["size"]);
+        }
+    }
+}
+
 /// The JSON of a file, which follows the schema of its name.
 fn valid_json(file: &Path, name: &str) -> Value {
     assert_valid("json", &format!("src/report/schema/{name}-1.json"), file);

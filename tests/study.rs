@@ -91,12 +91,25 @@ fn a_study_ends_with_a_report_and_advice_that_holds() {
     for advice in advice {
         assert!(text.contains(advice["command"].as_str().unwrap()));
     }
-    for (figure, words) in [("work", "seconds"), ("gamma0", "γ₀")] {
+    for (figure, words) in [("work", "time: mesh, assembly"), ("gamma0", "γ₀")] {
         let name = format!("{figure}-transition-1.5.svg");
         assert!(text.contains(&name));
         assert!(report(&name).contains(words));
     }
     assert!(text.contains("solved at 25 of 25 values"));
+    // The page begins with what an error costs, and its figure has each point that nothing beats: a step down to each.
+    let cheap = advice.iter().rfind(|a| a["norm"] == "energy").unwrap();
+    let claim = text.split("<h1").nth(1).unwrap();
+    let claim = &claim[..claim.find("</h1>").unwrap()];
+    let asked = format!("{} %", 100.0 * number(&cheap["target"]));
+    assert!(
+        claim.contains(&asked) && claim.contains(cheap["best"]["method"].as_str().unwrap()),
+        "{claim}"
+    );
+    let picture = report("work-transition-1.5.svg");
+    let front = picture.split("class=\"ink dots\" d=\"").nth(1).unwrap();
+    let steps = front[..front.find('"').unwrap()].matches('H').count();
+    assert_eq!(steps, told["front"].as_array().unwrap().len());
     assert_eq!(
         serde_json::from_str::<Value>(&report("study.json")).unwrap()["rows"],
         told["rows"]
@@ -227,7 +240,20 @@ fn a_map_is_drawn_and_the_same_again() {
     let again = run(folder.path(), &words);
     assert_eq!(again.stdout, ran.stdout);
     let report = |name: &str| std::fs::read_to_string(folder.path().join("r").join(name)).unwrap();
-    assert!(report("map-rust.svg").contains("<svg") && report("index.html").contains("<svg role"));
+    // The page has a word for each trial on the ground of its verdict, by method.
+    let page = report("index.html");
+    let words = |class: &str, word: &str| {
+        let [start, end] = [format!("<td class=\"{class}\""), format!(">{word}")];
+        let cells = page.split(&*start).skip(1);
+        cells
+            .filter(|cell| cell[..cell.find("</td>").unwrap()].ends_with(&end))
+            .count()
+    };
+    assert_eq!(
+        [words("w0", "holds"), words("wr", "refuses")],
+        ["holds", "refuses"].map(count)
+    );
+    assert!(page.contains("scope=\"col\" class=\"code\">cr<") && page.contains(">p2</th>"));
     assert_eq!(report("map.csv").lines().count(), cells.len() + 1);
     assert!(report("index.html").contains("does not press it into contact"));
 }

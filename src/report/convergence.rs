@@ -1,12 +1,10 @@
 //! Observed orders of results.
 
-use plotters::coord::Shift;
-use plotters::coord::combinators::BindKeyPoints;
-use plotters::prelude::*;
 use serde::Serialize;
 
-use super::drawing::{Drawing, Drawn, axes, decades, font, label};
+use super::html::{Axis, Chart, Line, Slope, charts};
 use super::model::{Block, Cell, Figure, Report, Table, joined, table};
+use super::number::power_of_ten;
 use crate::campaigns::convergence::{Convergence, Order};
 use faceoff_mesh::error::Result;
 
@@ -42,8 +40,11 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
         report.blocks.push(levels_table(of).into());
         let picture = Figure {
             name: format!("orders-{}", of.field),
-            caption: format!("Errors of {} over h.", of.field),
-            picture: Box::new(Errors(of)),
+            caption: format!(
+                "**Errors of {}** over h. Dotted: the nearest whole order",
+                of.field
+            ),
+            picture: Box::new(|width| charts("errors over h", &panels(of), width)),
         };
         report
             .blocks
@@ -89,56 +90,35 @@ fn levels_table(of: &Convergence) -> Table {
     )
 }
 
-/// Errors over h, log-log.
-struct Errors<'a>(&'a Convergence);
-
-const COLOURS: [RGBColor; 2] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0)];
-
-impl Drawing for Errors<'_> {
-    fn size(&self) -> (u32, u32) {
-        (800, 640)
-    }
-
-    fn on<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
-        let points = |pick: fn(&faceoff_judge::Norms) -> Option<f64>| -> Vec<(f64, f64)> {
-            let errors = self
-                .0
-                .levels
-                .iter()
-                .filter_map(|l| Some((l.h, pick(l.norms.as_ref()?)?)));
-            errors.filter(|(_, e)| *e > 0.0).collect()
+/// Errors over h, a panel a norm.
+fn panels(of: &Convergence) -> Vec<Chart> {
+    type Pick = fn(&faceoff_judge::Norms) -> Option<f64>;
+    let panel = |norm: &str, pick: Pick, order: &Order| {
+        let errors = of.levels.iter();
+        let errors = errors.filter_map(|l| Some([l.h, pick(l.norms.as_ref()?)?]));
+        let power = order
+            .fit
+            .map(|fit| fit.exponent.round())
+            .filter(|p| *p >= 1.0);
+        let name = |p: f64| match power_of_ten(p as i32).strip_prefix("10") {
+            Some(raised) if p != 1.0 => format!("h{raised}"),
+            _ => "h".to_owned(),
         };
-        let lines = [("L²", points(|n| Some(n.l2))), ("H¹", points(|n| n.h1))];
-        let all = || lines.iter().flat_map(|(_, points)| points.iter());
-        if all().next().is_none() {
-            return area.draw(&Text::new(
-                "there is no error above zero",
-                (60, 60),
-                font(18),
-            ));
+        let fit = order.fit.map(|fit| format!("order {:.2}", fit.exponent));
+        let line = Line::new(&fit.unwrap_or_default(), 0, errors);
+        Chart {
+            name: format!("{}, {norm}", of.field),
+            x: Axis::new("h"),
+            y: Axis::new("error"),
+            lines: vec![line],
+            slopes: Vec::from_iter(power.map(|power| Slope {
+                power,
+                name: name(power),
+            })),
+            ..Chart::default()
         }
-        let (hs, h_powers) = decades(all().map(|p| p.0));
-        let (errors, error_powers) = decades(all().map(|p| p.1));
-        let mut chart = ChartBuilder::on(area)
-            .margin(20)
-            .x_label_area_size(56)
-            .y_label_area_size(76)
-            .caption(format!("{}: L² blue, H¹ orange", self.0.field), font(20))
-            .build_cartesian_2d(
-                hs.log_scale().with_key_points(h_powers),
-                errors.log_scale().with_key_points(error_powers),
-            )?;
-        axes(&mut chart.configure_mesh(), 0.12, 17)
-            .label_style(font(15))
-            .x_desc("h")
-            .y_desc("error")
-            .x_label_formatter(&|h| label(*h))
-            .y_label_formatter(&|e| label(*e))
-            .draw()?;
-        for ((_, points), colour) in lines.iter().zip(COLOURS) {
-            chart.draw_series(LineSeries::new(points.clone(), colour.stroke_width(2)))?;
-            chart.draw_series(points.iter().map(|p| Circle::new(*p, 5, colour.filled())))?;
-        }
-        Ok(())
-    }
+    };
+    let h1 = of.h1.as_ref().map(|h1| panel("H¹", |n| n.h1, h1));
+    let l2 = panel("L²", |n| Some(n.l2), &of.l2);
+    [l2].into_iter().chain(h1).collect()
 }

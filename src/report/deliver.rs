@@ -13,7 +13,7 @@ use super::annotations::annotate;
 use super::badge::badge;
 use super::console::{answer, note, output as say};
 use super::folder::{check_folder, list, write_report};
-use super::html::page;
+use super::html::{WIDEST, page};
 use super::json::{is_stdout, slug, write_text};
 use super::junit::junit;
 use super::model::{Report, Suite, TestCase};
@@ -230,9 +230,8 @@ fn put(report: &Report, output: &Output) -> Result<()> {
                 write(beside)?;
             }
             for figure in report.figures() {
-                let file = |suffix: &str| beside.join(format!("{}.{suffix}", figure.name));
-                write_text(&file("svg"), &figure.picture.svg()?)?;
-                figure.picture.png(&file("png"))?;
+                let drawn = (figure.picture)(WIDEST);
+                write_text(&beside.join(figure.file()), &drawn.file())?;
             }
             write_text(&beside.join(slug(report.command) + ".json"), &report.json)?;
             write_text(&beside.join("index.html"), &page(report, beside)?)

@@ -1,8 +1,9 @@
 //! What `verify` found of a face-off file: codes of one's own on any problem.
 
-use super::html;
+use super::html::{self, Chart, Line};
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, joined, table, word};
 use super::number::{number, size};
+use super::orders::{over_n, slopes_of};
 use super::verify::{why, worst};
 use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf, short,
@@ -31,9 +32,10 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     report.next = next(of);
     for field in &of.fields {
         let shown = worst_times(field);
-        report
-            .blocks
-            .push(pairs_table(field, &shown, &times_words(field)).into());
+        let more = times_words(field);
+        let words = format!("Differences of `{}`{more}", field.field);
+        let table = pairs_table(field, &shown, &more);
+        report.blocks.extend(headed(words, table));
         if shown.len() < field.pairs.len() {
             let all: Vec<&OfPair> = field.pairs.iter().collect();
             let table = pairs_table(field, &all, " at every time");
@@ -42,18 +44,22 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
             report.blocks.push(Block::Page(vec![folded]));
         }
         if !field.orders.is_empty() {
-            report.blocks.push(orders_table(field).into());
+            let table = orders_table(field);
+            report.blocks.extend(headed(table.caption.clone(), table));
             let figures = Block::Html(Box::new(move || Ok(order_figures(field))));
             report.blocks.push(Block::Page(vec![figures]));
         }
     }
     for number in &of.numbers {
-        report.blocks.push(number_table(number).into());
+        let table = number_table(number);
+        report.blocks.extend(headed(table.caption.clone(), table));
     }
     if let Some(diagnosis) = &of.diagnosis {
         report.blocks.push(moved_table(diagnosis).into());
     }
-    report.blocks.push(runs_table(&of.runs).into());
+    report
+        .blocks
+        .extend(headed("Runs".into(), runs_table(&of.runs)));
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
         let (a, b) = (&shown.a, &shown.b);
         format!("On the map a is `{a}` and b is `{b}`.")
@@ -92,6 +98,18 @@ fn times_words(of: &OfField) -> String {
             format!(": only these times are judged: {}", joined(list, ", "))
         }
     }
+}
+
+/// A table under its heading; on the terminal its caption does.
+fn headed<'a>(words: String, table: Table) -> [Block<'a>; 2] {
+    let bare = Table {
+        caption: String::new(),
+        ..table.clone()
+    };
+    [
+        Block::Terminal(vec![table.into()]),
+        Block::Page(vec![Block::Heading(2, words), bare.into()]),
+    ]
 }
 
 /// What fails first: a code, a field, an order, a number.
@@ -427,40 +445,40 @@ fn orders_table(of: &OfField) -> Table {
 
 /// Errors, or differences of codes, by n.
 fn order_figures(of: &OfField) -> html::Html {
-    let lines = |pick: fn(&Norms) -> Option<f64>, h1: bool| -> Vec<html::Line> {
-        let line = |order: &OfOrder| {
+    type Pick = fn(&Norms) -> Option<f64>;
+    let panel = |norm: &str, k: usize, pick: Pick| {
+        let line = |(place, order): (usize, &OfOrder)| {
             let levels = order.n.iter().zip(&order.found.levels);
-            let errors = levels.filter_map(|(n, l)| Some(((*n)?, pick(l.norms.as_ref()?)?)));
-            let found = if h1 {
-                order.found.h1.as_ref()
-            } else {
-                Some(&order.found.l2)
-            };
-            html::Line {
-                name: order.of.clone(),
-                errors: errors.collect(),
-                order: found.and_then(|o| o.fit).map(|fit| fit.exponent),
+            let errors = levels.filter_map(|(n, l)| Some([(*n)? as f64, pick(l.norms.as_ref()?)?]));
+            let found = [Some(&order.found.l2), order.found.h1.as_ref()][k];
+            let fit = found
+                .and_then(|o| o.fit)
+                .map(|fit| format!("{:.2}", fit.exponent));
+            Line {
+                about: fit.unwrap_or_default(),
+                ..Line::new(&order.of, place, errors)
             }
         };
-        of.orders.iter().map(line).collect()
+        let lines = of.orders.iter().enumerate().map(line).collect();
+        Chart {
+            slopes: slopes_of(of.orders.iter().filter_map(|order| order.theory[k])),
+            ..over_n(norm, lines)
+        }
     };
-    let name = &of.field;
-    html::beside([
-        (
-            "c6",
-            html::errors(
-                &lines(|n| Some(n.l2), false),
-                &format!("**{name}** in L² by n, with its order"),
-            ),
-        ),
-        (
-            "c6",
-            html::errors(
-                &lines(|n| n.h1, true),
-                &format!("**{name}** in H¹ by n, with its order"),
-            ),
-        ),
-    ])
+    let mut panels = vec![panel("L²", 0, |n| Some(n.l2)), panel("H¹", 1, |n| n.h1)];
+    panels.retain(|panel| !panel.is_empty());
+    let dotted = if panels.iter().any(|p| !p.slopes.is_empty()) {
+        "; dotted: theory"
+    } else {
+        ""
+    };
+    let caption = format!("**{}** by n, with the order that fits{dotted}", of.field);
+    let widest = if panels.len() > 1 {
+        html::WIDEST
+    } else {
+        535.0
+    };
+    html::chart_figure(&caption, &panels, widest)
 }
 
 fn number_table(of: &OfNumber) -> Table {

@@ -12,7 +12,6 @@ mod convergence;
 mod culprit;
 mod deliver;
 mod difference;
-mod drawing;
 mod face_off;
 mod fields;
 mod folder;

@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::drawing::Picture;
-use super::html::Html;
+use super::html::{Html, Picture};
 use super::json::document;
 use super::number::{number, whole};
 use super::outward::{Digits, above, below};
@@ -86,18 +85,27 @@ pub enum Block<'a> {
     Html(Box<dyn Fn() -> Result<Html> + 'a>),
 }
 
-/// A picture: in the page, and as NAME.svg and NAME.png beside it.
+/// A picture: in the page, and as NAME.svg beside it.
 pub struct Figure<'a> {
-    /// Of its files, without suffix.
+    /// Of its file, without suffix.
     pub name: String,
     /// What it shows.
     pub caption: String,
-    /// What draws it.
-    pub picture: Box<dyn Picture + 'a>,
+    /// What draws it for a page of a width.
+    pub picture: Box<dyn Fn(f64) -> Picture + 'a>,
+}
+
+impl Figure<'_> {
+    /// The name of its file, without what would lead out of the folder.
+    pub fn file(&self) -> String {
+        let kept = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_');
+        let of = |c| if kept(c) { c } else { '-' };
+        self.name.chars().map(of).collect::<String>() + ".svg"
+    }
 }
 
 /// Rows of cells; a column of numbers is aligned as such.
-#[derive(Default)]
+#[derive(Default, Clone)]
 pub struct Table {
     /// What it shows.
     pub caption: String,
@@ -199,6 +207,7 @@ impl<'a> Report<'a> {
             }
         }
         let mut found = Vec::new();
+        collect(&self.lead, &mut found);
         collect(&self.blocks, &mut found);
         found
     }

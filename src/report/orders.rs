@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::html::{self, Html, Line};
+use super::html::{self, Axis, Chart, Html, Line, Slope, chart_figure};
 use super::model::{Block, Cell, Report, Table, count, joined, table};
 use crate::campaigns::orders::{Limit, Orders, Reach};
 use crate::engine::unique;
@@ -110,36 +110,90 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// A norm: its name, an error in it, and the order that fits.
-type Norm = (&'static str, fn(&Errors) -> f64, fn(&Orders) -> Option<f64>);
+/// A norm: its name, an error in it, the order that fits, and that of theory.
+type Norm = (
+    &'static str,
+    fn(&Errors) -> f64,
+    fn(&Orders) -> Option<f64>,
+    fn(&Orders) -> Option<f64>,
+);
 
 /// For each scene the errors of its methods in both norms.
 fn figures(all: &[Orders]) -> Html {
     let scenes = unique(all.iter().map(|o| &*o.scene));
-    let norms: [Norm; 2] = [
-        ("H¹", |e| e.h1, |o| o.h1.fit),
-        ("L²", |e| e.l2, |o| o.l2.fit),
-    ];
-    let pictures = scenes.into_iter().flat_map(|scene| {
-        norms.map(|(norm, error, fit)| {
-            let of = all.iter().filter(|o| o.scene == scene);
-            let lines = of.map(|o| Line {
-                name: o.method.clone(),
-                errors: o
-                    .levels
-                    .iter()
-                    .filter(|l| l.converged)
-                    .map(|l| (l.n, error(&l.errors)))
-                    .collect(),
-                order: fit(o),
-            });
-            html::errors(
-                &lines.collect::<Vec<_>>(),
-                &format!("**{scene}, {norm}**: the relative error over n, and the order that fits"),
-            )
-        })
+    let h1: Norm = (
+        "H¹",
+        |e| e.h1,
+        |o| o.h1.fit,
+        |o| Some(o.theory.as_ref()?.h1),
+    );
+    let l2: Norm = (
+        "L²",
+        |e| e.l2,
+        |o| o.l2.fit,
+        |o| Some(o.theory.as_ref()?.l2),
+    );
+    let pictures = scenes.into_iter().map(|scene| {
+        let of = || all.iter().filter(|o| o.scene == scene);
+        let panels = [h1, l2].map(|(norm, error, fit, theory)| {
+            let line = |(k, o): (usize, &Orders)| {
+                let levels = o.levels.iter().filter(|l| l.converged);
+                let errors = levels.map(|l| [l.n as f64, error(&l.errors)]);
+                let order = fit(o).map(|fit| format!("{fit:.2}"));
+                Line {
+                    about: order.unwrap_or_default(),
+                    ..Line::new(&o.method, k, errors)
+                }
+            };
+            Chart {
+                slopes: slopes_of(of().filter_map(theory)),
+                ..over_n(norm, of().enumerate().map(line).collect())
+            }
+        });
+        let has_theory = panels.iter().any(|panel| !panel.slopes.is_empty());
+        let dotted = if has_theory {
+            "; dotted: orders of theory"
+        } else {
+            ""
+        };
+        let caption =
+            format!("**{scene}**: the relative error over n, and the order that fits{dotted}");
+        chart_figure(&caption, &panels, html::WIDEST)
     });
-    html::in_thirds(pictures.filter(|picture| *picture != Html::default()))
+    pictures.collect()
+}
+
+/// Errors over the numbers that meshes go by.
+pub(super) fn over_n(name: &str, lines: Vec<Line>) -> Chart {
+    let points = lines.iter().flat_map(|line| &line.points);
+    let mut at: Vec<f64> = points.map(|p| p.at[0]).collect();
+    at.sort_by(f64::total_cmp);
+    at.dedup();
+    Chart {
+        name: name.to_owned(),
+        x: Axis {
+            at: at.into_iter().map(|n| (n, n.to_string())).collect(),
+            ..Axis::new("n")
+        },
+        y: Axis::new("error"),
+        lines,
+        ..Chart::default()
+    }
+}
+
+/// The least and the largest of these orders, as slopes over n.
+pub(super) fn slopes_of(orders: impl Iterator<Item = f64>) -> Vec<Slope> {
+    let mut orders: Vec<f64> = orders.filter(|o| *o > 0.0).collect();
+    orders.sort_by(f64::total_cmp);
+    let ends = [orders.first(), orders.last()];
+    let slope = |order: &f64| Slope {
+        power: -order,
+        name: format!("order {order}"),
+    };
+    unique(ends.into_iter().flatten())
+        .into_iter()
+        .map(slope)
+        .collect()
 }
 
 type Order<'a> = (

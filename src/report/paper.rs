@@ -1,12 +1,8 @@
 //! Section 6 of the paper again.
 
 mod convergence;
-mod elevation;
 
-use plotters::coord::Shift;
-use plotters::prelude::*;
-
-use super::drawing::{Drawing, Drawn};
+use super::html::{charts, elevation::elevation};
 use super::model::{Block, Cell, Figure, Report, Table, cells, count, short, table};
 use crate::campaigns::paper::{
     CAP, ExampleOutcome, FAR, FINE_ITERATIONS, ITERATIONS, MESHES, PaperOutcome, References,
@@ -66,11 +62,10 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
         "verdict" => verdict(s.holds),
         "found" => &s.found,
     );
-    let figures = figures(outcome).into_iter().map(Block::Figure);
+    report.lead = figures(outcome).into_iter().map(Block::Figure).collect();
     report.blocks.extend([
         Block::Heading(2, "What the paper says, and what holds".into()),
         statements.into(),
-        Block::Page(figures.collect()),
     ]);
     report
         .blocks
@@ -326,44 +321,28 @@ pub fn references(references: &References) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// Figure 1 of an outcome.
-struct Elevation<'a>(&'a PaperOutcome);
-
-/// Figure 2.
-struct Convergence<'a>(&'a PaperOutcome);
-
-impl Drawing for Elevation<'_> {
-    fn size(&self) -> (u32, u32) {
-        (1000, 760)
-    }
-
-    fn on<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
-        elevation::draw(area, self.0)
-    }
-}
-
-impl Drawing for Convergence<'_> {
-    fn size(&self) -> (u32, u32) {
-        (1500, 820)
-    }
-
-    fn on<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Drawn<DB> {
-        convergence::draw(area, self.0)
-    }
-}
-
 /// The paper's figures from what was computed.
-fn figures(outcome: &PaperOutcome) -> [Figure<'_>; 2] {
-    [
+fn figures(outcome: &PaperOutcome) -> Vec<Figure<'_>> {
+    let first = outcome.examples.first();
+    let first = first.map(|e| {
+        let caption = format!(
+            "**Figure 1.** The fine mesh solution of {} by P2 on {1} × {1}. Red: contact, {2} on y = 0",
+            e.title,
+            outcome.fine,
+            intervals(&e.contact_set, 4)
+        );
+        let label = format!("elevation of {}", e.title);
+        let draw = move |width| elevation(&e.fine.elevation, &e.contact_set, &label, width);
         Figure {
             name: "figure-1".into(),
-            caption: elevation::caption(outcome),
-            picture: Box::new(Elevation(outcome)),
-        },
-        Figure {
-            name: "figure-2".into(),
-            caption: convergence::caption(outcome),
-            picture: Box::new(Convergence(outcome)),
-        },
-    ]
+            caption,
+            picture: Box::new(draw),
+        }
+    });
+    let second = Figure {
+        name: "figure-2".into(),
+        caption: convergence::caption(outcome),
+        picture: Box::new(|width| charts("errors over h", &convergence::panels(outcome), width)),
+    };
+    first.into_iter().chain([second]).collect()
 }

@@ -1,11 +1,10 @@
 //! What breaks: a map with a line an extreme and a column a method.
 
-mod figure;
-
 use serde_json::json;
 
+use super::html::{Map, Spot};
 use super::json::{Judged, csv};
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count, joined, table};
 use super::number::number;
 use crate::campaigns::stress::{self, Behaviour, StressOutcome};
 use crate::engine::unique;
@@ -13,10 +12,19 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
 const HOW: &str = "Each problem has a known solution. `holds`: the relative error (the larger of energy norm and L²) is that of moderate \
-    values, or below 1e-8. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: an answer that claims to be one and is \
-    not.";
-const AMPLIFIED: &str = "An estimate, from below, of Skeel's condition number of the linearised scheme at each answer: so many times a relative \
-    rounding of its terms shows in u. Beside it the digits that agree with the moderate solution, where that has the same dofs.";
+    values, or below 1e-8. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: a result reported as right that is not.";
+const AMPLIFIED: &str = "The condition is an estimate, from below, of Skeel's condition number of the linearised scheme at each answer: how many times a \
+    relative rounding of its terms shows in u. Digits are those that agree with the moderate solution, where that has the same dofs.";
+/// The grounds of the map, and what each means.
+const LEGEND: [(&str, &str); 7] = [
+    ("w0", "holds"),
+    ("w1", "up to 10 times the error"),
+    ("w2", "up to 1 000"),
+    ("w3", "up to 10⁶"),
+    ("w4", "more"),
+    ("wr", "refuses"),
+    ("wx", "wrong"),
+];
 
 /// The report of all trials.
 ///
@@ -44,41 +52,36 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     report.verdict = Some((verdict, word));
     let all = outcome.entries.len();
     report.claim = match wrong {
-        0 => format!(
-            "**Nothing is wrong** in {}: what does not hold is refused",
-            count(all, "trial")
-        ),
+        0 => format!("**Nothing is wrong** in {}", count(all, "trial")),
         _ => format!("**{wrong} of {all} answers are wrong** and claim to be right"),
     };
     report.lede = behaviours(outcome);
     report.engines = outcome.engines.clone();
-    report
-        .blocks
-        .push(Block::Page(vec![Block::Text(HOW.into())]));
+    report.notes = vec![HOW.into(), AMPLIFIED.into()];
+    let drawn = Block::Html(Box::new(move || Ok(map_of(outcome).html())));
+    report.blocks.push(Block::Page(vec![
+        Block::Heading(2, "What became of each extreme".into()),
+        drawn,
+    ]));
     for (engine, version) in &outcome.engines {
         report.suites.push(suite(outcome, engine));
-        report.blocks.extend([
-            Block::Heading(2, format!("{engine} {version}")),
-            Block::Page(vec![
-                Block::Figure(figure::map(outcome, engine)),
-                Block::Folded(
-                    "The same as a table · with the steps".into(),
-                    vec![map(outcome, engine, became).into()],
-                ),
-            ]),
-            Block::Terminal(vec![map(outcome, engine, became).into()]),
-            Block::List(sentences(outcome, engine)),
-            Block::Page(vec![
-                Block::Heading(3, format!("How rounding is amplified in {engine}")),
-                Block::Text(AMPLIFIED.into()),
-                Block::Figure(figure::conditions(outcome, engine)),
-                Block::Folded(
-                    "The same as a table · with the digits".into(),
-                    vec![map(outcome, engine, conditioning).into()],
-                ),
-            ]),
-        ]);
+        let name = format!("{engine} {version}");
+        report.blocks.push(Block::Terminal(vec![
+            Block::Heading(2, name.clone()),
+            map(outcome, engine, became).into(),
+        ]));
+        let sentences = sentences(outcome, engine);
+        if !sentences.is_empty() {
+            let title = format!("What {name} refuses, and how");
+            report
+                .blocks
+                .push(Block::Page(vec![Block::Heading(2, title)]));
+            report.blocks.push(Block::List(sentences));
+        }
     }
+    let name = format!("Every number · {}", count(all, "trial"));
+    let folded = Block::Folded(name, vec![numbers(outcome).into()]);
+    report.blocks.push(Block::Page(vec![folded]));
     report.file("map.csv", || cells_csv(outcome));
     Ok(report)
 }
@@ -158,15 +161,106 @@ fn became(cell: &stress::Entry) -> String {
     word(&cell.verdict) + &steps.unwrap_or_default()
 }
 
-/// Condition and digits.
-fn conditioning(cell: &stress::Entry) -> String {
-    let digits = cell.digits.map(|digits| format!(", {digits:.0} digits"));
-    amplified(cell) + &digits.unwrap_or_default()
+/// The ground of a verdict.
+fn ground(verdict: &Behaviour) -> &'static str {
+    match verdict {
+        Behaviour::Holds => "w0",
+        Behaviour::Degrades { factor } if *factor <= 10.0 => "w1",
+        Behaviour::Degrades { factor } if *factor <= 1e3 => "w2",
+        Behaviour::Degrades { factor } if *factor <= 1e6 => "w3",
+        Behaviour::Degrades { .. } => "w4",
+        Behaviour::Refuses { .. } => "wr",
+        Behaviour::Wrong { .. } => "wx",
+    }
 }
 
-/// The condition, to a decade.
-fn amplified(cell: &stress::Entry) -> String {
-    cell.condition.map_or(String::new(), |c| number(c, 1))
+/// The numbers of a trial in a line, and why it is refused or wrong.
+fn told(cell: &stress::Entry) -> String {
+    let mut told = vec![format!(
+        "{} {}, {} {}",
+        cell.engine, cell.method, cell.family, cell.value
+    )];
+    if let Behaviour::Refuses { sentence: why } | Behaviour::Wrong { why } = &cell.verdict {
+        told.push(why.clone());
+    }
+    let mut add = |name: &str, value: Option<f64>| {
+        told.extend(value.map(|value| format!("{name} {}", number(value, 2))));
+    };
+    add("error", cell.error);
+    add("moderate error", cell.reference);
+    add("digits in common", cell.digits.map(agreeing));
+    add("condition", cell.condition);
+    add("residual", cell.residual);
+    told.extend(cell.steps.map(|steps| count(steps, "step")));
+    joined(told, "\n")
+}
+
+/// The map of all codes.
+fn map_of(outcome: &StressOutcome) -> Map {
+    let engines = || outcome.engines.iter().map(|(engine, _)| engine);
+    let columns: Vec<(&String, &str)> = engines()
+        .flat_map(|engine| {
+            methods(outcome, engine)
+                .into_iter()
+                .map(move |m| (engine, m))
+        })
+        .collect();
+    let lines = unique(engines().flat_map(|engine| lines(outcome, engine)));
+    let spot = |cell: &stress::Entry| Spot {
+        word: word(&cell.verdict),
+        class: ground(&cell.verdict),
+        title: told(cell),
+    };
+    let of_family = |family: &str| {
+        let values = lines.iter().filter(|line| line.0 == family);
+        let row = |line: &(&str, &str)| {
+            let of = columns.iter();
+            let spots = of.map(|(engine, method)| find(outcome, engine, *line, method).map(spot));
+            (line.1.to_owned(), spots.collect())
+        };
+        (family.to_owned(), values.map(row).collect())
+    };
+    let families = unique(lines.iter().map(|line| line.0)).into_iter();
+    let head = outcome.engines.iter().map(|(engine, version)| {
+        let methods = methods(outcome, engine).into_iter().map(str::to_owned);
+        (format!("{engine} {version}"), methods.collect())
+    });
+    Map {
+        caption: "**Rows are extremes, columns codes and methods.** Point at a word for its error, condition, digits and steps".into(),
+        of: ["extreme", "value"],
+        head: head.collect(),
+        families: families.map(of_family).collect(),
+        legend: LEGEND.to_vec(),
+    }
+}
+
+/// Every trial with its numbers.
+fn numbers(outcome: &StressOutcome) -> Table {
+    let digits = |cell: &stress::Entry| cell.digits.map(|d| Cell::fixed(agreeing(d), 0));
+    let ratio = |cell: &stress::Entry| Some(cell.error? / cell.reference.filter(|r| *r > 0.0)?);
+    table!("", &outcome.entries, |cell|
+        "code" => &cell.engine,
+        "method" => &cell.method,
+        "extreme" => cell.family,
+        "value" => &cell.value,
+        "verdict" => word(&cell.verdict),
+        "error" => cell.error.map(two),
+        "ratio" => ratio(cell).map(two),
+        "steps" => cell.steps,
+        "residual" => cell.residual.map(two),
+        "condition" => cell.condition.map(two),
+        "digits" => digits(cell),
+    )
+}
+
+/// Whole digits; where the first differs already, none.
+fn agreeing(digits: f64) -> f64 {
+    digits.floor().max(0.0)
+}
+
+/// Two digits.
+fn two(value: f64) -> Cell {
+    Cell::Number(value, number(value, 2))
 }
 
 fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> String) -> Table {

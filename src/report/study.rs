@@ -4,11 +4,12 @@ mod figures;
 
 use serde_json::json;
 
+use super::html::{costs, percent_asked};
 use super::json::csv;
 use super::model::{Block, Cell, Report, Table, count, duration, percent, short, table};
 use super::number::number;
 use crate::campaigns::study::{
-    Gammas, Norm, Rates, Row, Safe, Scaling, StudyOutcome, Varied, value,
+    Advice, Alternative, Gammas, Norm, Rates, Row, Safe, Scaling, StudyOutcome, Varied, value,
 };
 use crate::engine::unique;
 use crate::run::Fit;
@@ -19,8 +20,8 @@ const LONG: usize = 12;
 const HOW: &str = "Times are medians over repetitions on a machine that may do other things as well, of mesh, assembly and solution, without \
     start-up; the least and the largest are in `rows.csv`. Errors are relative to the norms of u; where u is not known the error in \
     the energy norm is its guaranteed bound.";
-const ADVICE: &str = "Each command was measured as it stands, in a process of its own: its error, the median of its times as it tells them, and the \
-    peak memory of the process. Where the time is not certain to be affordable, `solve --accuracy` asks for the error instead, certified.";
+const ADVICE: &str = "The fastest setting of each code that reaches the error, and the command of the fastest. Each command was run unchanged in a separate \
+    process: its error, the median of its times and the peak memory of the process were measured. To ask for a certified error instead, use `solve --accuracy`.";
 const RATES: &str = "Errors as h^p over the finest three meshes, time and memory as dofs^p over the finest four; after ± the standard error of the fit. \
     Growth of time and memory is told where its interval of 95 % leaves out 0, and anything that would follow from it likewise.";
 const SCALING: &str = "By the exponents above, taken as 1 where start-up still hides the rest, and as those of a factor in 3D where noise says \
@@ -49,22 +50,32 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     let question = "faceoff study: what does each digit cost?";
     let mut report = Report::new("study", question, headline, outcome)?;
     report.engines = outcome.engines.clone();
-    report.claim = format!(
-        "What each digit costs: {}",
-        count(outcome.rows.len(), "measurement")
-    );
-    let first = outcome.advice.first().map_or(String::new(), |a| {
-        format!(" {}.", a.sentence().trim_end_matches('.'))
-    });
+    let scenes = unique(outcome.rows.iter().map(|row| &*row.scene));
+    let about = match scenes[..] {
+        [first, _, ..] => format!(" on {first}"),
+        _ => String::new(),
+    };
+    report.claim = claim(&outcome.advice, &about)
+        .or_else(|| least(outcome))
+        .unwrap_or_else(|| "No error is known of what was measured".into());
+    let left_out = match outcome.left_out.len() {
+        0 => "nothing".into(),
+        some => count(some, "measurement"),
+    };
     report.lede = format!(
-        "{} s of {} s were spent, and {} left out.{first}",
+        "{} of {}: {} of {} s were spent, {left_out} left out.",
+        count(outcome.rows.len(), "measurement"),
+        scenes.join(", "),
         number(outcome.spent, 2),
         number(outcome.budget, 2),
-        count(outcome.left_out.len(), "measurement")
     );
+    let first = scenes
+        .first()
+        .and_then(|scene| figures::work(outcome, scene));
+    report.lead.extend(first.map(Block::Figure));
     report.notes.push(HOW.into());
-    for scene in unique(outcome.rows.iter().map(|row| &row.scene)) {
-        report.blocks.extend(of_scene(outcome, scene));
+    for (k, scene) in scenes.into_iter().enumerate() {
+        report.blocks.extend(of_scene(outcome, scene, k == 0));
     }
     if !outcome.left_out.is_empty() {
         let left_out = outcome.left_out.iter();
@@ -84,24 +95,71 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     Ok(report)
 }
 
-fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
+/// The least error that all codes reach, or else as many as possible, and what it costs with each.
+fn claim(advice: &[Advice], about: &str) -> Option<String> {
+    let first = &advice.first()?.scene;
+    let mut energy = advice
+        .iter()
+        .filter(|a| a.scene == *first && a.norm == Norm::Energy);
+    let codes = |a: &&Advice| a.others.len();
+    let most = energy.clone().map(|a| codes(&a)).max()?;
+    let of = energy.rfind(|a| codes(a) == most)?;
+    let way = |a: &Alternative| match &*a.engine {
+        crate::engine::OWN => a.method.clone(),
+        name => format!("{} of {name}", a.method),
+    };
+    let bound = if of.best.is_bound { " certified" } else { "" };
+    let mut words = format!(
+        "**{}{bound} energy error**{about} costs {} by {}",
+        percent_asked(of.target),
+        duration(of.best.seconds).text(),
+        way(&of.best)
+    );
+    for (k, other) in of.others.iter().enumerate() {
+        let [between, needs] = if k == 0 { ["; ", " needs"] } else { [", ", ""] };
+        words += &format!(
+            "{between}{}{needs} {}",
+            other.engine,
+            duration(other.seconds).text()
+        );
+    }
+    Some(words)
+}
+
+/// Without advice: the least error that was measured.
+fn least(outcome: &StudyOutcome) -> Option<String> {
+    let scene = &outcome.rows.first()?.scene;
+    let rows = outcome.front.iter().map(|&k| &outcome.rows[k]);
+    let rows = rows.filter(|row| row.scene == *scene);
+    let errors = rows.filter_map(|row| Some((row.error(Norm::Energy)?, row)));
+    let (error, row) = errors.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(format!(
+        "The least error in energy is **{}**, by {} of {} in {}",
+        percent(error),
+        row.method,
+        row.engine,
+        duration(row.seconds.median).text()
+    ))
+}
+
+fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Vec<Block<'a>> {
     let advice = outcome.advice.iter().filter(|a| a.scene == scene);
     let sentences = advice.clone().map(|a| format!("  {}", a.sentence()));
     let mut sentences: Vec<String> = sentences.collect();
     if sentences.is_empty() {
         sentences.push("  no error that advice is given for was reached".into());
     }
-    let norm = |norm: Norm| match norm {
-        Norm::Energy => "energy",
-        Norm::L2 => "L²",
-    };
-    let commands = table!("", advice, |a|
-        "wanted" => Cell::Number(a.target, format!("{:e} {}", a.target, norm(a.norm))),
-        "in words" => a.sentence(),
-        "command" => format!("`{}`", a.command),
-    );
     let mut page = vec![Block::Heading(2, scene.to_owned())];
-    page.extend(figures::work(outcome, scene).map(Block::Figure));
+    // That of the first scene leads the page.
+    let work = figures::work(outcome, scene).filter(|_| !is_first);
+    page.extend(work.map(Block::Figure));
+    if advice.count() > 0 {
+        page.push(Block::Heading(3, "What an accuracy costs".into()));
+        page.push(Block::Text(ADVICE.into()));
+        page.push(Block::Html(Box::new(move || {
+            Ok(costs(&outcome.advice, scene))
+        })));
+    }
     let gamma = figures::gamma(outcome, scene).map(Block::Figure);
     let found = outcome.gammas.iter().filter(|g| g.scene == scene);
     let found = found.map(gamma_sentence);
@@ -109,7 +167,7 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
     gammas.extend(gamma);
     let mut section = |title: &str, text: &str, more: Vec<Block<'a>>, table: Table| {
         if !table.rows.is_empty() {
-            page.push(Block::Heading(2, title.into()));
+            page.push(Block::Heading(3, title.into()));
             page.extend((!text.is_empty()).then(|| Block::Text(text.into())));
             page.extend(more);
             page.push(match table.rows.len() {
@@ -122,7 +180,6 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &str) -> Vec<Block<'a>> {
         }
     };
     let unbeaten = "What nothing beats in both time and error";
-    section("Advice", ADVICE, vec![], commands);
     section(unbeaten, "", vec![], front(outcome, scene));
     section("Exponents", RATES, vec![], rates(outcome, scene));
     section(

@@ -80,7 +80,7 @@ impl Alternative {
     }
 
     /// `cr-fc, n = 40, tolerance 1e-4`
-    fn setting(&self) -> String {
+    pub fn setting(&self) -> String {
         let mut text = self.method.clone();
         if let Some(n) = self.n {
             text += &format!(", n = {n}");

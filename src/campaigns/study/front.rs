@@ -4,12 +4,17 @@ use super::Norm;
 use super::row::{Row, Varied};
 
 /// Indices of the rows that are converged, judged, and beaten by no other of their scene: none is at most as slow and at
-/// most as wrong, and better in one.
+/// most as wrong in the energy norm, and better in one.
 pub fn front(rows: &[Row]) -> Vec<usize> {
+    front_in(rows, Norm::Energy)
+}
+
+/// The same in any norm.
+pub fn front_in(rows: &[Row], norm: Norm) -> Vec<usize> {
     let place = |row: &Row| {
         // Extremes are not meant to be good, and what is advised has times of another kind.
         let counts = row.converged && !matches!(row.varied, Varied::Gamma0 | Varied::Target);
-        let error = row.error(Norm::Energy).filter(|_| counts)?;
+        let error = row.error(norm).filter(|_| counts)?;
         Some((row.seconds.median, error))
     };
     (0..rows.len())

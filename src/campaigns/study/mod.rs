@@ -22,6 +22,7 @@ use serde::Serialize;
 
 pub use advice::{Advice, Alternative, NORMS, Norm, duration};
 pub use campaign::study;
+pub use front::front_in;
 pub use gamma::{Gammas, Safe};
 pub use rates::Rates;
 pub use row::{Row, Times, Varied};

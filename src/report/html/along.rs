@@ -6,14 +6,12 @@ use std::fmt::Write as _;
 use super::Html;
 use super::chain::Chain;
 use super::markup::{division, escape, figure};
-use super::plane::{drawing, word};
+use super::plane::{NARROWEST, WIDEST, drawing, position, word};
 use super::residual::Put;
-use crate::report::number::{number, place, size, trimmed};
+use crate::report::number::{place, size};
 use faceoff_fem::contact::Problem;
 use faceoff_mesh::field::FaceFields;
 
-/// Widths of the drawing on a wide and on a narrow page.
-const WIDTHS: [f64; 2] = [1090.0, 358.0];
 pub(super) const LEFT: f64 = 46.0;
 /// Of so many faces each tells its numbers where one points.
 const TOLD: usize = 150;
@@ -74,7 +72,7 @@ impl Along<'_> {
             return Html::default();
         };
         let chain = super::chain::chain(first, &contact);
-        let drawn = WIDTHS.map(|width| self.drawn(&chain, width));
+        let drawn = [WIDEST, NARROWEST].map(|width| self.drawn(&chain, width));
         let [wide, narrow] = drawn;
         figure(
             "",
@@ -192,7 +190,7 @@ impl Sheet<'_> {
         let y = self.at + 16.0;
         for k in 0..=4 {
             let s = from + (to - from) * f64::from(k) / 4.0;
-            self.svg += &word("t m", [self.x(s), y], &trimmed(&number(s, 3)));
+            self.svg += &word("t m", [self.x(s), y], &position(s, to - from));
         }
         if !self.is_narrow {
             let axis = self.chain.axis;

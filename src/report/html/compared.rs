@@ -3,8 +3,9 @@
 use super::Html;
 use super::axis::{Axis, Dot};
 use super::markup::{Column, Entry, Sheet, division, figure, prose, text, word as verdict_word};
-use super::plane::{Layers, View, WIDTH, circle, drawing, word};
+use super::plane::{Layers, View, WIDTH, circle, drawing};
 use super::ramp::Ramp;
+use super::residual::corners;
 use super::source::{Triangle, entering};
 use crate::report::number::{number, place, size, trimmed, whole};
 use crate::report::verify::worst;
@@ -423,8 +424,7 @@ impl<'a> Compared<'a> {
         }
         let y = view.height + 13.0;
         let of = |x: f64| trimmed(&number(x, 3));
-        svg +=
-            &(word("t", [0.0, y], &of(view.low[0])) + &word("t e", [WIDTH, y], &of(view.high[0])));
+        svg += &corners(&view);
         let (largest, mean) = match self.on {
             On::Functions => (
                 ", the largest on each cell of a,",

@@ -106,14 +106,6 @@ pub(super) fn leaf(tag: &str, attributes: &[(&str, &str)], inner: impl AsRef<str
     element(tag, attributes, text(inner))
 }
 
-/// A drawing that was made here, of this class and called `label` where it is not seen.
-pub(super) fn picture(svg: &str, label: &str, class: &str) -> Html {
-    let start = svg.find("<svg ").unwrap_or(0);
-    let label = escape(label);
-    let head = format!("<svg role=\"img\" aria-label=\"{label}\" class=\"{class}\" ");
-    raw(svg[start..].replacen("<svg ", &head, 1).replace('\n', ""))
-}
-
 /// A table of a report. A row with a verdict that is no pass is set off.
 pub(super) fn table(table: &Table) -> Html {
     let head = table.head.iter().enumerate();

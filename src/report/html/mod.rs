@@ -5,11 +5,15 @@ mod agree;
 mod along;
 mod axis;
 mod chain;
+mod chart;
 mod codes;
 mod compared;
 mod convergence;
+mod costs;
 mod effect;
+pub(super) mod elevation;
 mod history;
+mod map;
 mod markup;
 pub(super) mod mesh;
 mod pair;
@@ -24,22 +28,24 @@ mod steps;
 mod surface;
 mod verify;
 
-use std::fs;
 use std::path::Path;
 
 use super::folder::names;
 use super::model::{Block, Figure, Report, word as word_of};
 use super::provenance::{Provenance, provenance};
 pub(super) use along::Along;
+pub(super) use chart::{Axis, COLOURS, Chart, Line, Point, Slope, chart_figure, charts};
 pub(super) use codes::{tolerances, tried};
 pub(super) use compared::{Compared, by_field};
-pub(super) use convergence::{Line, errors, newton};
-use faceoff_mesh::error::{Error, Result};
+pub(super) use convergence::newton;
+pub(super) use costs::{costs, percent_asked};
+use faceoff_mesh::error::Result;
 pub(super) use history::history;
+pub(super) use map::{Map, Spot};
 pub use markup::Html;
-use markup::{
-    division, element, emphasised, facts, folded, leaf, picture, prose, raw, table, text,
-};
+use markup::{division, element, emphasised, facts, folded, leaf, prose, raw, table, text};
+pub use plane::Picture;
+pub(super) use plane::{NARROWEST, WIDEST};
 pub(super) use residual::{Put, by_term, cause};
 pub(super) use solution::{cells, solution};
 pub(super) use spread::Spread;
@@ -53,13 +59,18 @@ const POLICY: &str =
 /// A longer answer is no headline.
 const LONG: usize = 110;
 
-/// The page of a report whose figures and data are in `folder` already.
+/// The page of a report whose data are in `folder` already, so that it can name them.
 ///
 /// # Errors
-/// What a part of it is made of, and figures that cannot be read.
+/// What a part of it is made of.
 pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
     let headline = &report.headline;
-    let style = [include_str!("style.css"), include_str!("ramp.css")].concat();
+    let style = [
+        include_str!("svg.css"),
+        include_str!("style.css"),
+        include_str!("ramp.css"),
+    ]
+    .concat();
     let head = Html::from([
         raw("<meta charset=\"utf-8\">"),
         raw(format!(
@@ -88,8 +99,8 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
     let main = [
         origin(report),
         answer(report),
-        lead(report, folder)?,
-        blocks(&report.blocks, folder)?,
+        lead(report)?,
+        blocks(&report.blocks)?,
         foot(report, folder)?,
     ];
     let main = element("main", &[("class", &class)], main);
@@ -156,8 +167,8 @@ fn capitalised(words: &str) -> String {
 }
 
 /// The picture, and beside it what to do.
-fn lead(report: &Report, folder: &Path) -> Result<Html> {
-    let pictures = blocks(&report.lead, folder)?;
+fn lead(report: &Report) -> Result<Html> {
+    let pictures = blocks(&report.lead)?;
     let steps = report.next.iter().map(|step| {
         let commands = step
             .commands
@@ -257,11 +268,11 @@ pub(super) fn titled(words: &str, part: Html) -> Html {
     Html::from([element("h2", &[], prose(words)), part])
 }
 
-fn blocks(all: &[Block], folder: &Path) -> Result<Html> {
-    all.iter().map(|of| block(of, folder)).collect()
+fn blocks(all: &[Block]) -> Result<Html> {
+    all.iter().map(|of| block(of)).collect()
 }
 
-fn block(block: &Block, folder: &Path) -> Result<Html> {
+fn block(block: &Block) -> Result<Html> {
     Ok(match block {
         Block::Heading(level, words) => element(&format!("h{level}"), &[], prose(words)),
         Block::Text(words) => element("p", &[], prose(words)),
@@ -272,7 +283,7 @@ fn block(block: &Block, folder: &Path) -> Result<Html> {
         Block::Commands(lines) => leaf("pre", &[], lines.join("\n")),
         Block::Facts(of) => facts(of),
         Block::Table(of) => table(of),
-        Block::Figure(of) => on_paper(of, folder)?,
+        Block::Figure(of) => figure_of(of),
         Block::Folded(summary, inner) => {
             // What stands behind the dot is less than a name.
             let (name, about) = summary.split_once('·').unwrap_or((summary, ""));
@@ -280,26 +291,20 @@ fn block(block: &Block, folder: &Path) -> Result<Html> {
                 "" => Html::default(),
                 about => element("span", &[], prose(format!("·{about}"))),
             };
-            folded(Html::from([prose(name), about]), [blocks(inner, folder)?])
+            folded(Html::from([prose(name), about]), [blocks(inner)?])
         }
-        Block::Page(inner) => blocks(inner, folder)?,
+        Block::Page(inner) => blocks(inner)?,
         Block::Terminal(_) => Html::default(),
         Block::Html(make) => make()?,
     })
 }
 
-/// A figure on white, whatever the page's ground.
-fn on_paper(of: &Figure, folder: &Path) -> Result<Html> {
-    let path = folder.join(format!("{}.svg", of.name));
-    let svg = fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
-    let drawn = division("scroll", picture(&svg, &of.caption, "paper"));
-    let links = ["svg", "png"].map(|suffix| {
-        let name = format!("{}.{suffix}", of.name);
-        Html::from([
-            text(" "),
-            leaf("a", &[("href", &name)], suffix.to_uppercase()),
-        ])
-    });
-    let caption = element("figcaption", &[], [prose(&of.caption), Html::from(links)]);
-    Ok(element("figure", &[], [caption, drawn]))
+/// Drawn for a wide page and for a narrow one, and where it is as a file.
+fn figure_of(of: &Figure) -> Html {
+    let [wide, narrow] = [WIDEST, NARROWEST].map(|width| (of.picture)(width).html());
+    let file = of.file();
+    let link = leaf("a", &[("href", &file)], "SVG");
+    let caption = element("figcaption", &[], [prose(&of.caption), text(" "), link]);
+    let drawn = [division("wide", wide), division("narrow", narrow)];
+    element("figure", &[], [caption].into_iter().chain(drawn))
 }

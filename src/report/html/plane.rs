@@ -4,9 +4,13 @@ use std::fmt::Write as _;
 
 use super::markup::escape;
 use super::ramp::CLASSES;
+use crate::report::number::{number, trimmed};
 
 /// The width of a map in units of its picture.
 pub(super) const WIDTH: f64 = 384.0;
+/// Widths of a drawing on a wide and on a narrow page.
+pub(in crate::report) const WIDEST: f64 = 1090.0;
+pub(in crate::report) const NARROWEST: f64 = 358.0;
 /// Larger sides of squares than this hide what is small.
 const SQUARE: f64 = 4.0;
 
@@ -184,6 +188,60 @@ pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> su
     ))
 }
 
+/// A drawing for a page, no larger there than it was drawn, which can also be written to a file.
+pub struct Picture {
+    label: String,
+    size: [f64; 2],
+    svg: String,
+}
+
+impl Picture {
+    pub fn new(label: &str, size: [f64; 2], svg: String) -> Self {
+        Picture {
+            label: label.to_owned(),
+            size: size.map(|side| side.ceil() + 4.0),
+            svg,
+        }
+    }
+
+    pub fn html(&self) -> super::Html {
+        let [width, height] = self.size;
+        super::markup::raw(format!(
+            "<svg role=\"img\" aria-label=\"{}\" style=\"max-width:{:.0}px\" viewBox=\"-2 -2 {width} {height}\">{}</svg>",
+            escape(&self.label),
+            1.16 * width,
+            self.svg
+        ))
+    }
+
+    /// A whole SVG file in the colours of a light page; variables are resolved, as other programs do not know them.
+    pub fn file(&self) -> String {
+        let [width, height] = self.size;
+        let sheet = include_str!("svg.css");
+        let mut rules: String = sheet.lines().skip(2).collect();
+        let shades = include_str!("ramp.css").lines().nth(1).unwrap_or_default();
+        rules += &shades.replace("--c:", "fill:");
+        let values = sheet
+            .split(['{', ';', '}'])
+            .filter_map(|part| part.split_once(':'));
+        // The first of a name is that of a light page.
+        let mut values: Vec<_> = values.filter(|(name, _)| name.starts_with("--")).collect();
+        values.reverse();
+        let values: std::collections::BTreeMap<_, _> = values.into_iter().collect();
+        for (name, value) in &values {
+            rules = rules.replace(&format!("var({name})"), value);
+        }
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{}\" width=\"{width}\" height=\"{height}\" \
+             viewBox=\"-2 -2 {width} {height}\"><style>text{{font-family:Helvetica,Arial,\"Liberation Sans\",sans-serif}}{rules}</style>\
+             <path fill=\"{}\" d=\"M-2 -2h{width}v{height}h-{width}z\"/>{}</svg>\n",
+            escape(&self.label),
+            values.get("--paper").unwrap_or(&"#fff"),
+            self.svg
+        )
+    }
+}
+
 /// A circle around a place, seen on any ground.
 pub(super) fn circle([x, y]: [f64; 2], radius: f64) -> String {
     let of = |class: &str, width: f64| {
@@ -208,6 +266,12 @@ pub(super) fn word(class: &str, [x, y]: [f64; 2], text: &str) -> String {
         text = text.replace(&format!("Γ_{part}"), &below);
     }
     format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>")
+}
+
+/// A position as one reads it: what rounding leaves of 0, for a window of an extent, is 0.
+pub(super) fn position(x: f64, extent: f64) -> String {
+    let x = if x.abs() < 1e-9 * extent { 0.0 } else { x };
+    trimmed(&number(x, 3))
 }
 
 /// Numbers from 0 on that a person would write below an axis, to at most `most`.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use super::Html;
 use super::markup::{division, figure};
-use super::plane::{Layers, View, WIDTH, circle, drawing, segments, word};
+use super::plane::{Layers, View, WIDTH, circle, drawing, position, segments, word};
 use super::ramp::Ramp;
 use super::surface;
 use crate::report::number::{number, size, whole};
@@ -228,7 +228,7 @@ fn overview(put: &Put, about: &str) -> Html {
 pub(super) fn corners(view: &View) -> String {
     let y = view.height + 13.0;
     let [left, right] = [view.low, view.high].map(|p| view.pixel(p)[0]);
-    let of = |x: f64| crate::report::number::trimmed(&number(x, 3));
+    let of = |x: f64| position(x, view.high[0] - view.low[0]);
     word("t", [left, y], &of(view.low[0])) + &word("t e", [right, y], &of(view.high[0]))
 }
 

@@ -1,5 +1,5 @@
 // For comfort only: tables sort by the column whose name is pressed, by the numbers behind its cells where there are any.
-for (const table of document.querySelectorAll("table")) {
+for (const table of document.querySelectorAll("table:not(.heat)")) {
   const heads = [...table.querySelectorAll("thead th")];
   heads.forEach((th, column) => {
     const button = document.createElement("button");

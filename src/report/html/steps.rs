@@ -5,12 +5,10 @@ use std::fmt::Write as _;
 use super::Html;
 use super::along::{LEFT, Panel};
 use super::markup::{division, escape, figure};
-use super::plane::{drawing, ticks, word};
+use super::plane::{NARROWEST, WIDEST, drawing, ticks, word};
 use crate::report::number::{number, power_of_ten, size, trimmed};
 use faceoff_judge::{ComparedField, Comparisons, Verdict};
 
-/// Widths of the drawing on a wide and on a narrow page.
-const WIDTHS: [f64; 2] = [1090.0, 358.0];
 const HEIGHT: f64 = 250.0;
 /// So many fields have a line, those that are nearest to their tolerance or beyond it.
 const MOST: usize = 6;
@@ -44,7 +42,7 @@ pub(in crate::report) fn steps(all: &Comparisons) -> Html {
     };
     let caption =
         format!("**Largest |a − b|** relative to the largest value of its field, {by}{more}");
-    let [wide, narrow] = WIDTHS.map(|width| drawn(all, &lines, width));
+    let [wide, narrow] = [WIDEST, NARROWEST].map(|width| drawn(all, &lines, width));
     figure(
         "",
         caption,

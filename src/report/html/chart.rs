@@ -1,0 +1,747 @@
+//! Charts of errors over meshes, times or parameters: each is described once and drawn for the width of its page.
+
+use std::fmt::Write as _;
+
+use super::Html;
+use super::markup::{division, escape, figure};
+use super::plane::{NARROWEST, Picture, word};
+use crate::engine::unique;
+use crate::report::number::{number, power_of_ten, trimmed};
+
+/// The classes of a line and of what it fills; red is for what is wrong.
+pub(in crate::report) const COLOURS: [[&str; 2]; 5] = [
+    ["ink", "inkf"],
+    ["goodl", "goodf"],
+    ["warml", "warmf"],
+    ["otherl", "otherf"],
+    ["pluml", "plumf"],
+];
+pub(super) const RED: [&str; 2] = ["redl", "redf"];
+
+/// Corners of marks; the first is a circle.
+const MARKS: [&[[f64; 2]]; 8] = [
+    &[],
+    &[[-3.4, -3.4], [3.4, -3.4], [3.4, 3.4], [-3.4, 3.4]],
+    &[[0.0, -4.6], [4.3, 3.2], [-4.3, 3.2]],
+    &[[0.0, -4.8], [4.8, 0.0], [0.0, 4.8], [-4.8, 0.0]],
+    &[[0.0, 4.6], [4.3, -3.2], [-4.3, -3.2]],
+    &[[4.6, 0.0], [-3.2, 4.3], [-3.2, -4.3]],
+    &[[-4.6, 0.0], [3.2, 4.3], [3.2, -4.3]],
+    &[[-1.7, -4.6], [1.7, -4.6], [1.7, 4.6], [-1.7, 4.6]],
+];
+
+const LEFT: f64 = 50.0;
+/// Above and below a panel.
+const HEAD: f64 = 22.0;
+const FOOT: f64 = 38.0;
+const GAP: f64 = 24.0;
+/// A narrower panel stands below the one before.
+const NARROW: f64 = 320.0;
+/// The height of a line of text, and the mean width of its letters.
+const LINE: f64 = 13.0;
+const LETTER: f64 = 6.1;
+/// Places that are tried for a label, half a line from one to the next.
+const SHIFTS: i32 = 15;
+
+/// A chart of lines over two axes, logarithmic as a rule.
+#[derive(Default)]
+pub(in crate::report) struct Chart {
+    /// What it is of.
+    pub name: String,
+    pub x: Axis,
+    pub y: Axis,
+    pub lines: Vec<Line>,
+    /// Dotted: above all points the first of several, below them the last.
+    pub slopes: Vec<Slope>,
+    /// Dotted: what nothing beats in both, by rising x.
+    pub front: Vec<[f64; 2]>,
+    /// A dashed line across, and its name.
+    pub level: Option<(f64, &'static str)>,
+}
+
+/// Logarithmic unless it is said to be linear.
+#[derive(Default)]
+pub(in crate::report) struct Axis {
+    pub name: String,
+    pub is_linear: bool,
+    /// What is labelled; empty: powers of ten.
+    pub at: Vec<(f64, String)>,
+}
+
+#[derive(Default)]
+pub(in crate::report) struct Line {
+    /// What its colour means, and what its mark does; one of them may be empty.
+    pub names: [String; 2],
+    /// What its label has behind the names.
+    pub about: String,
+    pub colour: [&'static str; 2],
+    pub mark: usize,
+    pub is_dashed: bool,
+    /// Without marks.
+    pub is_bare: bool,
+    /// 1 unless lines may lie upon each other; 0: marks only.
+    pub thickness: f64,
+    pub points: Vec<Point>,
+}
+
+#[derive(Default)]
+pub(in crate::report) struct Point {
+    pub at: [f64; 2],
+    /// The least and the largest x.
+    pub spread: Option<[f64; 2]>,
+    pub is_hollow: bool,
+    /// Where one points at it.
+    pub title: String,
+}
+
+/// y as a power of x.
+pub(in crate::report) struct Slope {
+    pub power: f64,
+    pub name: String,
+}
+
+impl Point {
+    pub fn new(at: [f64; 2]) -> Self {
+        Point {
+            at,
+            ..Point::default()
+        }
+    }
+}
+
+impl Line {
+    /// A line of this name, its colour and mark by its place among others.
+    pub fn new(name: &str, place: usize, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
+        Line {
+            names: [String::new(), name.to_owned()],
+            colour: COLOURS[place % COLOURS.len()],
+            mark: place,
+            thickness: 1.0,
+            points: points.into_iter().map(Point::new).collect(),
+            ..Line::default()
+        }
+    }
+
+    fn label(&self) -> String {
+        let words = [&*self.names[0], &*self.names[1], &*self.about];
+        let words: Vec<&str> = words.into_iter().filter(|w| !w.is_empty()).collect();
+        words.join(" ")
+    }
+}
+
+impl Axis {
+    pub fn new(name: &str) -> Self {
+        Axis {
+            name: name.to_owned(),
+            ..Axis::default()
+        }
+    }
+
+    fn shows(&self, value: f64) -> bool {
+        value.is_finite() && (self.is_linear || value > 0.0) && value.abs() < 1e100
+    }
+
+    /// Numbers to be labelled, with their labels.
+    fn ticks(&self, scale: &Scale) -> Vec<(f64, String)> {
+        let [low, high] = scale.values();
+        let room = 1e-9 * (high - low);
+        let all = match self.at.is_empty() {
+            true => decades(low, high),
+            false => self.at.clone(),
+        };
+        let inside = |t: &(f64, String)| (low - room..=high + room).contains(&t.0);
+        let mut all: Vec<(f64, String)> = all.into_iter().filter(inside).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
+    }
+}
+
+/// From values to places.
+struct Scale {
+    ends: [f64; 2],
+    places: [f64; 2],
+    is_linear: bool,
+}
+
+impl Scale {
+    /// About all values, with some room.
+    fn new(axis: &Axis, values: impl Iterator<Item = f64>, places: [f64; 2]) -> Option<Self> {
+        let of = |v: f64| if axis.is_linear { v } else { v.log10() };
+        let ends = values.filter(|v| axis.shows(*v)).map(of);
+        let none = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = ends.fold(none, |(l, h), v| (l.min(v), h.max(v)));
+        if !low.is_finite() {
+            return None;
+        }
+        let room = if high > low { 0.04 * (high - low) } else { 0.5 };
+        Some(Scale {
+            ends: [low - room, high + room],
+            places,
+            is_linear: axis.is_linear,
+        })
+    }
+
+    fn at(&self, value: f64) -> f64 {
+        let value = if self.is_linear { value } else { value.log10() };
+        let share = (value - self.ends[0]) / (self.ends[1] - self.ends[0]);
+        self.places[0] + (self.places[1] - self.places[0]) * share
+    }
+
+    fn values(&self) -> [f64; 2] {
+        match self.is_linear {
+            true => self.ends,
+            false => self.ends.map(|e| 10f64.powf(e)),
+        }
+    }
+}
+
+/// Powers of ten in a range; where there are fewer than three, multiples of them, and in less than a decade round numbers.
+fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
+    let powers = (low.log10() - 1e-9).ceil() as i32..=(high.log10() + 1e-9).floor() as i32;
+    let every = (powers.clone().count()).div_ceil(7).max(1) as i32;
+    let all: Vec<f64> = if powers.clone().count() >= 3 {
+        let powers = powers.filter(|k| k % every == 0);
+        powers.map(|k| 10f64.powi(k)).collect()
+    } else if high / low > 5.0 {
+        let powers = low.log10().floor() as i32..=high.log10().floor() as i32;
+        let of = |k| [1.0, 2.0, 5.0].map(|m: f64| format!("{m}e{k}").parse().unwrap_or(m));
+        powers.flat_map(of).collect()
+    } else {
+        let power = 10f64.powf((0.3 * (high - low)).log10().floor());
+        let steps = [1.0, 2.0, 5.0].map(|s| s * power);
+        let step = steps.into_iter().find(|s| (high - low) / s <= 5.0);
+        let step = step.unwrap_or(10.0 * power);
+        let first = (low / step).ceil();
+        (0..6).map(|k| (first + f64::from(k)) * step).collect()
+    };
+    let all: Vec<f64> = all
+        .into_iter()
+        .filter(|v| (low..=high).contains(v))
+        .collect();
+    let is_plain = all.iter().all(|v| (9e-4..2e3).contains(v));
+    let label = |v: f64| {
+        let power = (v.log10() + 1e-9).floor() as i32;
+        let factor = v / 10f64.powi(power);
+        match (factor - 1.0).abs() < 1e-9 {
+            _ if is_plain => trimmed(&number(v, 3)),
+            true if power == 0 => "1".into(),
+            true => power_of_ten(power),
+            false => format!("{}·{}", trimmed(&number(factor, 2)), power_of_ten(power)),
+        }
+    };
+    all.into_iter().map(|v| (v, label(v))).collect()
+}
+
+/// Left, top, right and bottom.
+type Place = [f64; 4];
+
+fn meets(a: &Place, b: &Place) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+fn wide(text: &str) -> f64 {
+    LETTER * text.chars().count() as f64
+}
+
+/// The label of a line: where it stands, and where the line ends.
+struct Label {
+    line: usize,
+    at: [f64; 2],
+    end: [f64; 2],
+}
+
+impl Chart {
+    /// Is there nothing that has a line?
+    pub fn is_empty(&self) -> bool {
+        let shown = |p: &&Point| self.x.shows(p.at[0]) && self.y.shows(p.at[1]);
+        let points = self.lines.iter().flat_map(|line| &line.points);
+        let mut xs: Vec<f64> = points.filter(shown).map(|p| p.at[0]).collect();
+        xs.sort_by(f64::total_cmp);
+        xs.dedup();
+        xs.len() < 2
+    }
+
+    /// A panel: with a label at each line, or none where there is no room for them; without labels on request.
+    fn draw(
+        &self,
+        [left, top]: [f64; 2],
+        width: f64,
+        height: f64,
+        is_named: bool,
+    ) -> Option<String> {
+        let shown = |p: &&Point| self.x.shows(p.at[0]) && self.y.shows(p.at[1]);
+        let points = || {
+            self.lines
+                .iter()
+                .flat_map(|l| l.points.iter().filter(shown))
+        };
+        let xs = points().flat_map(|p| p.spread.unwrap_or([p.at[0]; 2]));
+        let xs: Vec<f64> = xs.chain(self.front.iter().map(|p| p[0])).collect();
+        let slopes = self.slopes(points().map(|p| p.at).collect(), &xs);
+        let ys = points().map(|p| p.at[1]);
+        let ys = ys.chain(self.front.iter().map(|p| p[1]));
+        let ys = ys.chain(slopes.iter().flat_map(|s| s.1.map(|p| p[1])));
+        let ys = ys.chain(self.level.map(|(at, _)| at));
+        let widest = self.lines.iter().map(|line| wide(&line.label()));
+        let room = match is_named {
+            true => (widest.fold(0.0, f64::max) + 12.0).min(0.36 * width),
+            false => 6.0,
+        };
+        let frame = [
+            left + LEFT,
+            top + HEAD,
+            left + width - room,
+            top + height - FOOT,
+        ];
+        let mut svg = format!(
+            "<text class=\"t b\" x=\"{left:.1}\" y=\"{:.1}\">{}<tspan class=\"q\">{}{}</tspan></text>",
+            top + 11.0,
+            escape(&self.name),
+            if self.name.is_empty() { "" } else { "\u{2002}" },
+            escape(&self.y.name)
+        );
+        let y = Scale::new(&self.y, ys, [frame[3], frame[1]]);
+        let x = Scale::new(&self.x, xs.into_iter(), [frame[0], frame[2]]);
+        let (Some(x), Some(y)) = (x, y) else {
+            svg += &word("t", [left, top + HEAD + LINE], "No error is above zero.");
+            return Some(svg);
+        };
+        svg += &self.ground(&x, &y, frame);
+        let mut taken = Vec::new();
+        for (k, (slope, ends)) in slopes.iter().enumerate() {
+            let [from, to] = ends.map(|p| [x.at(p[0]), y.at(p[1])]);
+            let _ = write!(
+                svg,
+                "<path class=\"frame dots\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>",
+                from[0], from[1], to[0], to[1]
+            );
+            let shift = if k + 1 < slopes.len() { -6.0 } else { 14.0 };
+            let at = [
+                from[0],
+                (from[1] + shift).clamp(frame[1] + 10.0, frame[3] - 3.0),
+            ];
+            taken.push([at[0], at[1] - LINE, at[0] + wide(&slope.name), at[1]]);
+            svg += &word("t halo", at, &slope.name);
+        }
+        let paths = self.paths(&x, &y, &mut svg);
+        if is_named {
+            let limits = [frame[0], frame[1] - 6.0, left + width, frame[3]];
+            let labels = self.labels(&paths, &mut taken, limits)?;
+            svg += &self.named(&labels);
+        }
+        Some(svg)
+    }
+
+    /// Each slope with the ends of its line, clear of all points.
+    fn slopes(&self, points: Vec<[f64; 2]>, xs: &[f64]) -> Vec<(&Slope, [[f64; 2]; 2])> {
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = xs.iter().fold(ends, |(l, h), x| (l.min(*x), h.max(*x)));
+        let of = |(k, slope): (usize, &Slope)| {
+            let factors = points.iter().map(|[x, y]| y / x.powf(slope.power));
+            let factor = match k + 1 < self.slopes.len() {
+                true => 1.8 * factors.fold(0.0, f64::max),
+                false => 0.5 * factors.fold(f64::INFINITY, f64::min),
+            };
+            [low, high].map(|x| [x, factor * x.powf(slope.power)])
+        };
+        let all = self.slopes.iter().enumerate();
+        all.map(|(k, slope)| (slope, of((k, slope)))).collect()
+    }
+
+    /// Axes, the front and what lies across.
+    fn ground(&self, x: &Scale, y: &Scale, [left, top, right, bottom]: Place) -> String {
+        let mut svg = String::new();
+        for (value, label) in self.y.ticks(y) {
+            let at = y.at(value);
+            let _ = write!(
+                svg,
+                "<path class=\"hair\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
+            );
+            svg += &word("t e", [left - 6.0, at + 3.5], &label);
+        }
+        let ticks = self.x.ticks(x);
+        // No label touches the next.
+        let fit = |every: &usize| {
+            let places = ticks.iter().step_by(*every);
+            let ends: Vec<[f64; 2]> = places
+                .map(|(v, label)| [-0.5, 0.5].map(|s| x.at(*v) + s * (wide(label) + 6.0)))
+                .collect();
+            ends.windows(2).all(|pair| pair[0][1] <= pair[1][0])
+        };
+        let every = (1..=ticks.len().max(1)).find(fit).unwrap_or(1);
+        for (value, label) in ticks.iter().step_by(every) {
+            let at = x.at(*value);
+            let _ = write!(
+                svg,
+                "<path class=\"hair\" d=\"M{at:.1} {top:.1}V{bottom:.1}\"/>"
+            );
+            svg += &word("t m", [at, bottom + 15.0], label);
+        }
+        svg += &word("t e", [right, bottom + 30.0], &self.x.name);
+        if let Some((value, name)) = self.level.filter(|l| y.at(l.0) <= bottom) {
+            let at = y.at(value);
+            let _ = write!(
+                svg,
+                "<path class=\"frame dash\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
+            );
+            svg += &word("t halo", [left + 4.0, at - 4.0], name);
+        }
+        let mut front = String::new();
+        for [at, height] in &self.front {
+            let (at, height) = (x.at(*at), y.at(*height));
+            let _ = match front.is_empty() {
+                true => write!(front, "M{at:.1} {top:.1}V{height:.1}"),
+                false => write!(front, "H{at:.1}V{height:.1}"),
+            };
+        }
+        if !front.is_empty() {
+            let _ = write!(svg, "<path class=\"ink dots\" d=\"{front}H{right:.1}\"/>");
+        }
+        svg
+    }
+
+    /// Draws the lines; where they lead.
+    fn paths(&self, x: &Scale, y: &Scale, svg: &mut String) -> Vec<Vec<[f64; 2]>> {
+        let mut paths = Vec::new();
+        let mut marks = String::new();
+        for line in &self.lines {
+            let [stroke, fill] = line.colour;
+            let (mut way, mut path) = (Vec::new(), String::new());
+            for point in &line.points {
+                if !(self.x.shows(point.at[0]) && self.y.shows(point.at[1])) {
+                    continue;
+                }
+                let at = [x.at(point.at[0]), y.at(point.at[1])];
+                let step = if way.is_empty() { 'M' } else { 'L' };
+                let _ = write!(path, "{step}{:.1} {:.1}", at[0], at[1]);
+                way.push(at);
+                if let Some([from, to]) = point.spread.map(|s| s.map(|v| x.at(v)))
+                    && to - from > 2.0
+                {
+                    let y = at[1];
+                    let _ = write!(
+                        marks,
+                        "<path class=\"{stroke} thin\" d=\"M{from:.1} {y:.1}H{to:.1}\"/>"
+                    );
+                }
+                let class = match point.is_hollow {
+                    true => format!("{stroke} hollow"),
+                    false => fill.to_owned(),
+                };
+                if !line.is_bare {
+                    marks += &mark(line.mark, &class, at, &point.title);
+                }
+            }
+            let dash = if line.is_dashed { " dash" } else { "" };
+            if way.len() > 1 && line.thickness > 0.0 {
+                let _ = write!(
+                    svg,
+                    "<path class=\"{stroke}{dash}\" stroke-width=\"{:.1}\" d=\"{path}\"/>",
+                    1.4 * line.thickness
+                );
+            }
+            paths.push(way);
+        }
+        *svg += &marks;
+        paths
+    }
+
+    /// Right of each line, away from other labels and from lines; none where that cannot be.
+    fn labels(
+        &self,
+        paths: &[Vec<[f64; 2]>],
+        taken: &mut Vec<Place>,
+        limits: Place,
+    ) -> Option<Vec<Label>> {
+        let sampled = |way: &Vec<[f64; 2]>| -> Vec<[f64; 2]> {
+            let between = |pair: &[[f64; 2]]| {
+                let ([a, b], [c, d]) = (pair[0], pair[1]);
+                let steps = ((c - a).hypot(d - b) / 5.0).ceil().max(1.0) as usize;
+                let at = move |k: usize| k as f64 / steps as f64;
+                (0..=steps).map(move |k| [a + at(k) * (c - a), b + at(k) * (d - b)])
+            };
+            way.windows(2).flat_map(between).collect()
+        };
+        let lines: Vec<[f64; 2]> = paths.iter().flat_map(sampled).collect();
+        let ends = paths.iter().enumerate();
+        let mut ends: Vec<(usize, [f64; 2])> = ends
+            .filter_map(|(k, way)| {
+                let rightmost = way.iter().max_by(|a, b| a[0].total_cmp(&b[0]));
+                Some((k, *rightmost?))
+            })
+            .collect();
+        ends.retain(|(k, _)| !self.lines[*k].label().is_empty());
+        ends.sort_by(|a, b| a.1[1].total_cmp(&b.1[1]));
+        let mut labels = Vec::new();
+        let mut crossed = 0;
+        for (line, end) in ends {
+            let width = wide(&self.lines[line].label());
+            let shifts = (0..SHIFTS).map(|k| if k % 2 == 0 { k / 2 } else { -(k + 1) / 2 });
+            let places = shifts.map(|k| {
+                let [x, y] = [end[0] + 8.0, end[1] + 3.5 + 7.0 * f64::from(k)];
+                let place = [x, y - 10.0, x + width, y + 3.0];
+                let inside =
+                    place[1] >= limits[1] && place[3] <= limits[3] && place[2] <= limits[2];
+                let is_free = inside && !taken.iter().any(|other| meets(other, &place));
+                let is_hit = |p: &&[f64; 2]| {
+                    meets(&place, &[p[0] - 2.0, p[1] - 2.0, p[0] + 2.0, p[1] + 2.0])
+                };
+                let hits = lines.iter().filter(is_hit).count();
+                (
+                    is_free,
+                    3 * hits + k.unsigned_abs() as usize,
+                    hits,
+                    [x, y],
+                    place,
+                )
+            });
+            let free = places.filter(|place| place.0);
+            let (_, _, hits, at, place) = free.min_by_key(|place| place.1)?;
+            crossed += hits;
+            taken.push(place);
+            labels.push(Label { line, at, end });
+        }
+        (crossed <= 2 * labels.len()).then_some(labels)
+    }
+
+    fn named(&self, labels: &[Label]) -> String {
+        let mut svg = String::new();
+        for Label { line, at, end } in labels {
+            let line = &self.lines[*line];
+            if (at[1] - 3.5 - end[1]).abs() > 8.0 {
+                let _ = write!(
+                    svg,
+                    "<path class=\"frame thin\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>",
+                    end[0] + 3.0,
+                    end[1],
+                    at[0] - 2.0,
+                    at[1] - 3.5
+                );
+            }
+            let class = if line.colour == RED {
+                "t red halo"
+            } else {
+                "t b halo"
+            };
+            svg += &word(class, *at, &line.label());
+        }
+        svg
+    }
+}
+
+/// What colours and marks mean, from line to line, and how high that is.
+fn key(charts: &[Chart], top: f64, width: f64) -> (String, f64) {
+    let lines = || charts.iter().flat_map(|chart| &chart.lines);
+    let is_both = lines().any(|l| !l.names[0].is_empty());
+    let sign = |l: &Line, fill: &str| {
+        let is_hollow = !l.points.is_empty() && l.points.iter().all(|p| p.is_hollow);
+        let class = if is_hollow {
+            format!("{} hollow", l.colour[0])
+        } else {
+            fill.to_owned()
+        };
+        mark(l.mark, &class, [0.0; 2], "")
+    };
+    let mut entries: Vec<(String, String)> = Vec::new();
+    if is_both {
+        entries.extend(lines().map(|l| {
+            let stroke = l.colour[0];
+            let line = format!("<path class=\"{stroke}\" stroke-width=\"2.5\" d=\"M-6 0H8\"/>");
+            (line, l.names[0].clone())
+        }));
+        entries.extend(lines().map(|l| (mark(l.mark, "inkf", [0.0; 2], ""), l.names[1].clone())));
+    } else {
+        entries.extend(lines().map(|l| (sign(l, l.colour[1]), l.names[1].clone())));
+    }
+    entries.retain(|(_, name)| !name.is_empty());
+    let (mut svg, mut x, mut y) = (String::new(), 0.0, top + 8.0);
+    for (sign, name) in unique(entries) {
+        let room = wide(&name) + 30.0;
+        if x > 0.0 && x + room > width {
+            (x, y) = (0.0, y + 17.0);
+        }
+        let _ = write!(
+            svg,
+            "<g transform=\"translate({:.1} {y:.1})\">{sign}</g>",
+            x + 7.0
+        );
+        svg += &word("t", [x + 18.0, y + 4.0], &name);
+        x += room;
+    }
+    (svg, y - top + 12.0)
+}
+
+/// A mark at a place, and what it tells where one points at it.
+fn mark(kind: usize, class: &str, [x, y]: [f64; 2], title: &str) -> String {
+    let title = match title {
+        "" => String::new(),
+        title => format!("<title>{}</title>", escape(title)),
+    };
+    let corners = MARKS[kind % MARKS.len()];
+    if corners.is_empty() {
+        return format!(
+            "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.4\">{title}</circle>"
+        );
+    }
+    let corners = corners
+        .iter()
+        .map(|[a, b]| format!("{:.1} {:.1}", x + a, y + b));
+    let corners = corners.collect::<Vec<_>>().join(" ");
+    format!("<polygon class=\"{class}\" points=\"{corners}\">{title}</polygon>")
+}
+
+/// Charts under what they show, drawn for a wide page and for a narrow one.
+pub(in crate::report) fn chart_figure(caption: &str, all: &[Chart], widest: f64) -> Html {
+    let label = caption.replace("**", "");
+    let [wide, narrow] = [widest, NARROWEST].map(|width| charts(&label, all, width).html());
+    match all.iter().all(Chart::is_empty) {
+        true => Html::default(),
+        false => figure(
+            "",
+            caption,
+            [division("wide", wide), division("narrow", narrow)],
+        ),
+    }
+}
+
+/// Charts as one picture of a width: side by side where there is room, else one below the other.
+pub(in crate::report) fn charts(label: &str, all: &[Chart], width: f64) -> Picture {
+    let columns = match width / (all.len().max(1) as f64) {
+        each if each >= NARROW => all.len().max(1),
+        _ => 1,
+    };
+    let each = (width - GAP * (columns - 1) as f64) / columns as f64;
+    let height = (0.68 * each).clamp(260.0, 400.0);
+    let rows = all.len().div_ceil(columns);
+    let place = |k: usize| {
+        let [column, row] = [k % columns, k / columns].map(|n| n as f64);
+        [column * (each + GAP), row * (height + GAP)]
+    };
+    let draw = |is_named: bool| -> Option<String> {
+        let panels = all.iter().enumerate();
+        panels
+            .map(|(k, chart)| chart.draw(place(k), each, height, is_named))
+            .collect()
+    };
+    let foot = rows as f64 * (height + GAP) - GAP;
+    // Names stand at the lines, or all of them below.
+    let (svg, foot) = match draw(true) {
+        Some(svg) => (svg, foot),
+        None => {
+            let (key, more) = key(all, foot, width);
+            (draw(false).unwrap_or_default() + &key, foot + more)
+        }
+    };
+    Picture::new(label, [width, foot], svg)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn chart(ends: &[f64]) -> Chart {
+        let line = |(k, end): (usize, &f64)| {
+            Line::new(&format!("m{k}"), k, [[16.0, 10.0 * end], [64.0, *end]])
+        };
+        Chart {
+            x: Axis::new("n"),
+            y: Axis::new("error"),
+            lines: ends.iter().enumerate().map(line).collect(),
+            ..Chart::default()
+        }
+    }
+
+    /// Where each label of a line stands.
+    fn labels(svg: &str) -> Vec<[f64; 2]> {
+        let number = |text: &str, name: &str| -> f64 {
+            let from = text.find(name).unwrap() + name.len();
+            text[from..].split('"').next().unwrap().parse().unwrap()
+        };
+        let all = svg
+            .split("<text ")
+            .filter(|t| t.starts_with("class=\"t b halo\""));
+        all.map(|t| [number(t, " x=\""), number(t, " y=\"")])
+            .collect()
+    }
+
+    #[test]
+    fn labels_do_not_collide_and_give_way_to_a_key() {
+        let drawn = charts("", &[chart(&[1e-3, 1.01e-3, 1.02e-3, 1e-4])], 384.0).file();
+        let found = labels(&drawn);
+        assert_eq!(found.len(), 4);
+        for (k, a) in found.iter().enumerate() {
+            let apart = found[k + 1..].iter().map(|b| (a[1] - b[1]).abs());
+            assert!(
+                apart.fold(f64::INFINITY, f64::min) >= LINE - 1.0,
+                "{found:?}"
+            );
+        }
+        assert!(!drawn.contains("<g transform"));
+        // Of so many that end in one place no label would be at its line.
+        let many: Vec<f64> = (0..24)
+            .map(|k| 1e-3 * (1.0 + 1e-3 * f64::from(k)))
+            .collect();
+        let drawn = charts("", &[chart(&many)], 384.0).file();
+        assert_eq!(
+            (labels(&drawn).len(), drawn.matches("<g transform").count()),
+            (0, 24)
+        );
+    }
+
+    #[test]
+    fn axes_have_numbers_however_short_they_are() {
+        for (low, high, labels) in [
+            (1e-7, 1e-1, "10⁻⁷ 10⁻⁶ 10⁻⁵ 10⁻⁴ 10⁻³ 10⁻² 10⁻¹"),
+            (0.05, 3.0, "0.05 0.1 0.2 0.5 1 2"),
+            (0.011, 0.019, "0.012 0.014 0.016 0.018"),
+            (3e-5, 2e-3, "5·10⁻⁵ 10⁻⁴ 2·10⁻⁴ 5·10⁻⁴ 10⁻³ 2·10⁻³"),
+        ] {
+            let found: Vec<String> = decades(low, high).into_iter().map(|t| t.1).collect();
+            assert_eq!(found.join(" "), labels);
+        }
+        assert!(decades(1e-30, 1.0).len() <= 8);
+    }
+
+    #[test]
+    fn dotted_slopes_are_clear_of_all_points() {
+        let mut of = chart(&[1e-3, 1e-4]);
+        of.slopes = [-1.0, -2.0]
+            .map(|power| Slope {
+                power,
+                name: String::new(),
+            })
+            .into();
+        let points = vec![[16.0, 1e-2], [64.0, 1e-4]];
+        let [above, below] = [0, 1].map(|k| of.slopes(points.clone(), &[16.0, 64.0])[k].1);
+        assert!(above[0][1] > 1e-2 && above[1][1] > 1e-4, "{above:?}");
+        assert!(below[0][1] < 1e-2 && below[1][1] < 1e-4, "{below:?}");
+        assert!((below[0][1] / below[1][1] - 16.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn names_cannot_become_markup() {
+        let evil = "</svg><script>\u{202e}&";
+        let mut of = chart(&[1e-3]);
+        of.name = evil.into();
+        of.x.name = evil.into();
+        of.lines[0].names[1] = evil.into();
+        of.lines[0].points[0].title = evil.into();
+        let of = [of, chart(&[1.0])];
+        for width in [1090.0, 384.0] {
+            let picture = charts(evil, &of, width);
+            for text in [picture.file(), picture.html().as_str().to_owned()] {
+                assert!(
+                    !text.contains("<script") && !text.contains('\u{202e}'),
+                    "{text}"
+                );
+                assert_eq!(text.matches("</svg>").count(), 1);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_all_zero_is_said_to_be() {
+        let of = charts("", &[chart(&[0.0, f64::NAN])], 384.0);
+        assert!(of.file().contains("No error is above zero."));
+    }
+}
