@@ -30,12 +30,17 @@ pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
             ..chart(lines(outcome, scene, &kinds, norm, time, true), norm)
         }
     };
-    let caption = "**Work and precision** of SCENE. Colours are codes, marks methods; dashed: adapted meshes; hollow: guaranteed bounds of the \
+    let engines = unique(outcome.rows.iter().map(|row| &*row.engine));
+    let colours = match engines.len() {
+        1 => "Colours and marks are methods",
+        _ => "Colours are codes, marks methods",
+    };
+    let caption = "**Work and precision** of SCENE. COLOURS; dashed: adapted meshes; hollow: guaranteed bounds of the \
         error; bars: least to most time. Dotted: what no measurement beats in both, other tolerances, rules and solvers included";
     figure(
         NORMS.map(panel),
         format!("work-{scene}"),
-        &caption.replace("SCENE", scene),
+        &caption.replace("COLOURS", colours).replace("SCENE", scene),
     )
 }
 
