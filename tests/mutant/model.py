@@ -190,6 +190,8 @@ def reversed_order(model, draw):
 
 def of_the_last(model, draw):
     f, k = pick(model, draw)
+    # One that is not equal to it already, as 0 and 0.
+    k = next((i for i in [*range(k, len(f.values)), *range(k)] if f.values[i] != f.values[i - 1]), k)
     put(f, k, f.values[k - 1])
 
 
