@@ -63,7 +63,7 @@ impl PreparedData {
         let unit = unit(problem);
         let (trees, loads, enough) = loads(problem, unit)?;
         let dirichlet = dirichlet(problem, unit)?;
-        let (mut obstacles, of_psi) = obstacles(problem, unit)?;
+        let (mut obstacles, of_psi) = obstacles(problem, unit, &dirichlet)?;
         let mut lifts = lifts(problem, unit)?;
         lifts.extend(of_psi);
         let mesh = problem.space.mesh;

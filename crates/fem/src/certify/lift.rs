@@ -187,6 +187,20 @@ pub(super) fn lift(
     Ok(Some(if is_less { bent } else { straight }))
 }
 
+/// The least derivative in s of the data on a face, from one end on to this s; none where they may jump there, or it has no bound.
+pub(super) fn least_slope(
+    cell: &Simplex,
+    ends: [usize; 2],
+    data: &Expression,
+    unit: i32,
+    to: f64,
+) -> Option<f64> {
+    let face = Face::new(cell, ends, data, unit);
+    let leaf = face.leaf(0.0, to);
+    let slope = (leaf.slope + (face.values[1] - face.values[0])).low;
+    (slope.is_finite() && !leaf.may_jump && !face.jumps_at(0)).then_some(slope)
+}
+
 /// The lift beyond 4 b λ_a λ_b with the face's b.
 fn lift_of(
     face: &Face,
@@ -195,14 +209,8 @@ fn lift_of(
     local: usize,
 ) -> std::result::Result<Option<Lift>, NoLift> {
     let ends = face.corners;
-    for (vertex, end) in [
-        (face.values[0], [0.0, TINY]),
-        (face.values[1], [1.0 - TINY, 1.0]),
-    ] {
-        let near = face.value(end);
-        if near.low > vertex.high || near.high < vertex.low {
-            return Err(NoLift::Jump);
-        }
+    if (0..2).any(|end| face.jumps_at(end)) {
+        return Err(NoLift::Jump);
     }
     let size = face.values[0].magnitude().max(face.values[1].magnitude());
     let mut leaves = vec![face.leaf(0.0, 1.0)];
@@ -334,6 +342,13 @@ impl<'a> Face<'a> {
             edge: cell.edge(ends[0], ends[1]),
             bend: 0.0,
         }
+    }
+
+    /// Can the data at an end be told apart from what they are beside it?
+    fn jumps_at(&self, end: usize) -> bool {
+        let near = self.value([[0.0, TINY], [1.0 - TINY, 1.0]][end]);
+        let vertex = self.values[end];
+        near.low > vertex.high || near.high < vertex.low
     }
 
     /// What the data have beyond their linear interpolant in the middle, about.
