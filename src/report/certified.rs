@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::model::{joined, percent, short};
+use super::number::number;
 use super::outward::{Digits, above, below, interval};
 use faceoff_fem::certify::{Certificate, Numbers, OfPart, Parts, Target};
 
@@ -68,7 +69,7 @@ impl Certified {
 
     /// What is proved of u, a line each.
     pub fn facts(&self) -> Vec<(&'static str, String)> {
-        let interval = |of: [f64; 2]| format!("in {}", interval(of, 8));
+        let interval = |of: [f64; 2]| format!("in {}", interval(of, 9));
         let mut facts = vec![("energy J(u)", interval(self.energy))];
         let Some(numbers) = &self.numbers else {
             return facts;
@@ -152,9 +153,9 @@ impl Certified {
             None => String::new(),
         };
         format!(
-            "the error {of} is at most {:.4e}{relative}; ‖∇u‖ is in {}",
-            above(self.upper, Digits::Counting(5)),
-            interval(self.gradient, 6)
+            "the error {of} is at most {}{relative}; ‖∇u‖ is in {}",
+            number(above(self.upper, Digits::Counting(5)), 5),
+            interval(self.gradient, 7)
         )
     }
 }
@@ -213,7 +214,7 @@ mod tests {
         };
         assert_eq!(
             certified.sentence(),
-            "the error of the averaged gradient is at most 3.0741e-3, 0.199 % of ‖∇u‖; ‖∇u‖ is in [1.551336e0, 1.551349e0]"
+            "the error of the averaged gradient is at most 0.0030741, 0.199 % of ‖∇u‖; ‖∇u‖ is in [1.551336, 1.551349]"
         );
         assert_eq!(
             certified.brief(),
@@ -224,8 +225,8 @@ mod tests {
         assert_eq!(
             facts,
             [
-                "in [-1.20334093e0, -1.00000000e0]",
-                "in [2.50000000e-1, 5.00000000e-1]",
+                "in [−1.20334093, −1.00000000]",
+                "in [0.250000000, 0.500000000]",
                 "[0.1939, 0.8061]",
                 "in every window of length 0.1251 in [0.6563, 0.9999]",
             ]

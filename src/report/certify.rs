@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::certified::Certified;
 use super::html;
 use super::model::{Block, Cell, Report, Todo, percent, short, table};
-use super::number::place;
+use super::number::{number, place};
 use super::outward::{Digits, above, below, interval};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
@@ -76,8 +76,8 @@ pub fn certify<'a>(
     let mesh = case.problem.space.mesh;
     report.inputs = inputs;
     report.digests.push(("the mesh".into(), mesh.digest()));
-    let between = |of: [f64; 2]| format!("in {}", interval(of, 6));
-    let at_most = |of: f64| format!("at most {:.6e}", above(of, Digits::Counting(7)));
+    let between = |of: [f64; 2]| format!("in {}", interval(of, 7));
+    let at_most = |of: f64| format!("at most {}", number(above(of, Digits::Counting(7)), 7));
     let Certified { bounds, parts, .. } = c;
     let sizes = format!(
         "{} cells, {} faces, {} dofs",

@@ -1,5 +1,7 @@
 //! Bounds as people read them: rounded outward to a few digits, since what is rounded to the nearest may be no bound.
 
+use super::number::number;
+
 /// How many digits there are to be.
 #[derive(Clone, Copy)]
 pub enum Digits {
@@ -49,11 +51,14 @@ pub fn below(value: f64, digits: Digits) -> f64 {
     size.copysign(value)
 }
 
-/// `[…, …]`, in powers of ten, with so many digits behind the point.
-pub fn interval([low, high]: [f64; 2], decimals: usize) -> String {
-    let digits = Digits::Counting(decimals + 1);
-    let (low, high) = (below(low, digits), above(high, digits));
-    format!("[{low:.decimals$e}, {high:.decimals$e}]")
+/// `[…, …]`, with so many digits that count.
+pub fn interval([low, high]: [f64; 2], digits: usize) -> String {
+    let ends = [
+        below(low, Digits::Counting(digits)),
+        above(high, Digits::Counting(digits)),
+    ];
+    let [low, high] = ends.map(|end| number(end, digits));
+    format!("[{low}, {high}]")
 }
 
 #[cfg(test)]
@@ -97,8 +102,8 @@ mod tests {
             assert_eq!(both, [value; 2]);
         }
         // 0.1 as a double is above 0.1.
-        assert_eq!(interval([0.1, 0.1], 3), "[1.000e-1, 1.001e-1]");
-        assert_eq!(interval([-0.1, 9.9999], 3), "[-1.001e-1, 1.000e1]");
+        assert_eq!(interval([0.1, 0.1], 4), "[0.1000, 0.1001]");
+        assert_eq!(interval([-0.1, 9.9999], 4), "[−0.1001, 10.00]");
         assert_eq!(above(1e-9, Digits::Decimals(4)), 1e-4);
         assert_eq!(below(1e-9, Digits::Decimals(4)), 0.0);
         assert_eq!(above(0.99999, Digits::Decimals(2)), 1.0);

@@ -282,10 +282,10 @@ pub fn solve<'a>(
     let mut facts = vec![
         ("by", format!("{} {}", a.engine, a.version)),
         ("mesh", sizes),
-        ("‖∇u‖²", format!("{:.15e}", a.grad_norm_sq)),
-        ("‖u‖", format!("{:.15e}", a.l2_norm)),
-        ("flux on Γ_C", format!("{:.15e}", a.contact_flux)),
-        ("‖u-ψ+[P]₊‖_C", format!("{:.15e}", a.contact_residual)),
+        ("‖∇u‖²", number(a.grad_norm_sq, 6)),
+        ("‖u‖", number(a.l2_norm, 6)),
+        ("flux on Γ_C", number(a.contact_flux, 6)),
+        ("‖u-ψ+[P]₊‖_C", number(a.contact_residual, 6)),
         ("contact on", contact(&a.contact_set)),
     ];
     if a.is_error_left_out {
