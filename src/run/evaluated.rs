@@ -85,6 +85,26 @@ mod tests {
         "multiplier",
     ];
 
+    /// An error of 0, as the scheme's own rule once gave it for this answer, and one that is too large.
+    #[test]
+    fn an_error_outside_of_its_bounds_is_a_contradiction() {
+        let scene = Scene::find("one-zone").unwrap();
+        let mesh = scene.triangulation(Some(8)).unwrap();
+        let mut discretisation = Discretisation::of(&scene, Method::p2());
+        discretisation.load_quadrature = Some("centroid".into());
+        let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();
+        let solved = solve(&problem, Iteration::Newton, Stop::default(), |_, _| Ok(())).unwrap();
+        let certificate = certify(&problem, &solved.u).unwrap();
+        let truth = Truth::of(&scene).unwrap();
+        let of = Evaluated::new(&problem, &solved.u, truth.as_ref()).unwrap();
+        let h1 = of.errors.unwrap().h1;
+        assert!(consistent(Some(h1), &certificate).is_ok());
+        for wrong in [0.0, 2.0 * certificate.relative(Target::UH)] {
+            let refused = consistent(Some(wrong), &certificate).unwrap_err();
+            assert!(matches!(refused, Error::Contradiction { .. }), "{refused}");
+        }
+    }
+
     /// The error and the certificate of one answer; none where there is no answer, or no certificate.
     fn checked(name: &str, method: &str, gamma0: f64, rule: &str) -> Option<Result<()>> {
         let scene = Scene::find(name).unwrap();
