@@ -4,6 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::kept::digest;
 use super::process::find_in_path;
 use faceoff_mesh::cancel;
@@ -26,8 +28,17 @@ const SEARCHED: usize = 1 << 22;
 /// Most files and folders below one folder of scripts.
 const MOST: usize = 20_000;
 
-/// Files by their path: from `home` where they are below it.
-pub(super) fn digests(command: &[String], home: &Path) -> Result<BTreeMap<String, String>> {
+/// Digests of files by their path: from `home` where they are below it.
+#[derive(Debug, Serialize)]
+pub(super) struct Digests {
+    /// The program, what its command names, and what may be loaded.
+    files: BTreeMap<String, String>,
+    /// What any of these speaks of, which a program may also write while it runs.
+    beside: BTreeMap<String, String>,
+}
+
+/// What the answer of this command depends on, run in `home`.
+pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
     let home = match home.as_os_str().is_empty() {
         true => Path::new("."),
         false => home,
@@ -79,27 +90,36 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<BTreeMap<String
     }
     let mut spoken = Spoken::default();
     command.iter().for_each(|word| spoken.add(word.as_bytes()));
-    let mut digests = BTreeMap::new();
-    let mut left: Vec<PathBuf> = found.files.iter().cloned().collect();
-    while let Some(path) = left.pop() {
-        cancel::check()?;
-        let path = path.canonicalize().unwrap_or(path);
-        let name = path.strip_prefix(home).unwrap_or(&path);
-        let bytes = file::read(&path)?;
-        digests.insert(name.display().to_string(), digest(&bytes));
-        // Programs of the system speak of everything.
-        let is_theirs = found.walked.iter().any(|root| path.starts_with(root));
-        if is_theirs && (is_loaded(&path) || bytes.len() <= SEARCHED) {
-            spoken.add(&bytes);
+    let (mut files, mut beside) = (BTreeMap::new(), BTreeMap::new());
+    let mut left = std::mem::take(&mut found.files);
+    let mut is_data = false;
+    // Files first, then data in turns, as each may speak of more.
+    while !is_data || !left.is_empty() {
+        for path in left {
+            cancel::check()?;
+            let path = path.canonicalize().unwrap_or(path);
+            let name = path.strip_prefix(home).unwrap_or(&path);
+            let name = name.display().to_string();
+            // What the command names in another way is no data beside it.
+            if files.contains_key(&name) {
+                continue;
+            }
+            let bytes = file::read(&path)?;
+            let of_kind = if is_data { &mut beside } else { &mut files };
+            of_kind.insert(name, digest(&bytes));
+            // Programs of the system speak of everything.
+            let is_theirs = found.walked.iter().any(|root| path.starts_with(root));
+            if is_theirs && (is_loaded(&path) || bytes.len() <= SEARCHED) {
+                spoken.add(&bytes);
+            }
         }
-        if left.is_empty() {
-            let data = std::mem::take(&mut found.data).into_iter();
-            let (meant, rest) = data.partition(|(path, root)| spoken.is_of(path, root));
-            found.data = rest;
-            left.extend(BTreeMap::into_keys(meant));
-        }
+        let others = std::mem::take(&mut found.data).into_iter();
+        let (meant, rest): (BTreeMap<_, _>, _) =
+            others.partition(|(path, root)| spoken.is_of(path, root));
+        (found.data, is_data) = (rest, true);
+        left = meant.into_keys().collect();
     }
-    Ok(digests)
+    Ok(Digests { files, beside })
 }
 
 /// Words that may be the names of files, as they stand in commands, scripts and data: each as a whole, and what it ends in from a dot on.
@@ -261,7 +281,9 @@ mod tests {
 
     fn of(home: &Path, words: &[&str]) -> Vec<String> {
         let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
-        digests(&words, home).unwrap().into_keys().collect()
+        let Digests { files, beside } = digests(&words, home).unwrap();
+        let all: BTreeSet<String> = files.into_keys().chain(beside.into_keys()).collect();
+        all.into_iter().collect()
     }
 
     #[test]
@@ -345,6 +367,20 @@ mod tests {
         assert_eq!(
             found,
             ["cr.f64", "deep.dat", "in.json", "inputs/more/7", "solve.py"]
+        );
+        // What a command names is not taken for what it may write.
+        let words = ["./log", "solve.py", "cr.f64"].map(str::to_owned);
+        let found = digests(&words, &home).unwrap();
+        assert!(
+            found.files.keys().eq(["cr.f64", "log", "solve.py"]),
+            "{found:?}"
+        );
+        assert!(
+            found
+                .beside
+                .keys()
+                .eq(["deep.dat", "in.json", "inputs/more/7"]),
+            "{found:?}"
         );
     }
 

@@ -174,7 +174,7 @@ impl Engine for Program {
                 "companion": fenicsx::digest(scripts.as_deref())?,
             }),
             Kind::Other { command, folder } => {
-                json!({ "command": command, "files": depends::digests(command, folder)? })
+                json!({ "command": command, "depends": depends::digests(command, folder)? })
             }
         };
         if !self.within.is_here() {

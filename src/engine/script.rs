@@ -308,7 +308,7 @@ impl Script {
             "mesh": self.mesh.as_ref().map(|form| form.suffix),
             "results": self.results,
             "numbers": self.numbers,
-            "files": depends::digests(&self.command, &self.home)?,
+            "depends": depends::digests(&self.command, &self.home)?,
         }))
     }
 
@@ -403,13 +403,17 @@ impl Script {
 fn older(folder: &Path, begun: SystemTime) -> Option<PathBuf> {
     let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).ok()?.flatten() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
             let Ok(found) = entry.metadata() else {
                 continue;
             };
             if found.is_dir() {
                 folders.push(entry.path());
-            } else if found.modified().is_ok_and(|at| at + DATED < begun) {
+                continue;
+            }
+            // A date after the beginning is no duration before it.
+            let before = found.modified().map(|at| begun.duration_since(at));
+            if before.is_ok_and(|before| before.is_ok_and(|by| by > DATED)) {
                 return Some(entry.path());
             }
         }

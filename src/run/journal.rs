@@ -39,7 +39,8 @@ struct Entry {
     key: String,
     asked: Value,
     found: Value,
-    /// Files that were changed while it was found: what a program writes beside itself is no part of what it depends on.
+    /// Data that were changed while it was found: what a program writes beside itself is no part of what it depends on. Its scripts, and
+    /// what its command names, always are.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     wrote: BTreeSet<String>,
 }
@@ -171,17 +172,17 @@ impl Journal {
     }
 }
 
-/// The object under this key holds the digests of files, by their names.
-const FILES: &str = "files";
+/// The object under this key holds the digests of data beside a program, by their names.
+const BESIDE: &str = "beside";
 
-/// Files whose digests differ, or that one has and the other has not.
+/// Data whose digests differ, or that one has and the other has not.
 fn changed(before: &Value, after: &Value, names: &mut BTreeSet<String>) {
     let (Value::Object(before), Value::Object(after)) = (before, after) else {
         return;
     };
     for (key, was) in before {
         let Some(is) = after.get(key) else { continue };
-        match (key == FILES, was, is) {
+        match (key == BESIDE, was, is) {
             (true, Value::Object(was), Value::Object(is)) => {
                 let all = was.keys().chain(is.keys());
                 names.extend(all.filter(|name| was.get(*name) != is.get(*name)).cloned());
@@ -191,14 +192,14 @@ fn changed(before: &Value, after: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-/// A value without the files of these names.
+/// A value without the data of these names.
 fn without(of: &Value, names: &BTreeSet<&String>) -> Value {
     let Value::Object(all) = of else {
         return of.clone();
     };
     let of = |(key, value): (&String, &Value)| {
         let value = match value {
-            Value::Object(files) if key == FILES => files
+            Value::Object(data) if key == BESIDE => data
                 .iter()
                 .filter(|(name, _)| !names.contains(name))
                 .map(|(name, digest)| (name.clone(), digest.clone()))
@@ -277,14 +278,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("j.jsonl");
         let asked =
-            |log: &str, data: &str| json!({ "code": { "files": { "log": log, "data": data } } });
+            |log: &str, data: &str| json!({ "code": { "beside": { "log": log, "data": data } } });
         let journal = Journal::open(&path, &json!({})).unwrap();
         journal
             .keep_run("a", [&asked("1", "x"), &asked("2", "x")], &2.5)
             .unwrap();
         journal.keep("b", &asked("2", "x"), &3.5).unwrap();
+        // A script that was changed meanwhile is not taken for what the program wrote.
+        let script = |text: &str| json!({ "code": { "files": { "log": text } } });
+        journal
+            .keep_run("c", [&script("1"), &script("2")], &4.5)
+            .unwrap();
         drop(journal);
         let again = Journal::open(&path, &json!({})).unwrap();
+        assert_eq!(again.find("c", &script("1")).unwrap(), Some(4.5));
+        assert!(again.find::<f64>("c", &script("2")).is_err());
         for (key, found) in [("a", 2.5), ("b", 3.5)] {
             assert_eq!(again.find(key, &asked("3", "x")).unwrap(), Some(found));
             assert!(again.find::<f64>(key, &asked("3", "y")).is_err());
