@@ -1,0 +1,69 @@
+//! Loops on all cores.
+//!
+//! The scheduler calls tasks through a reference to a closure, so that the compiler makes one copy of it in all: a parallel iterator of
+//! rayon makes a dozen functions for each loop and each type of number. What a task does itself is compiled as usual; so a task is to be
+//! much work beside one indirect call.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+/// Tasks for each core, so that none waits long for the last.
+const TASKS: usize = 16;
+
+/// What `task` makes of each item, in their order; a task for each item.
+///
+/// ```
+/// let mut squares = [0; 5];
+/// let sums = faceoff_mesh::parallel::map(squares.chunks_mut(2).enumerate(), |(k, squares)| {
+///     squares.iter_mut().zip(2 * k..).for_each(|(square, i)| *square = i * i);
+///     squares.iter().sum::<usize>()
+/// });
+/// assert_eq!((squares, sums), ([0, 1, 4, 9, 16], vec![1, 13, 16]));
+/// ```
+pub fn map<I: Send, T: Send>(
+    items: impl IntoIterator<Item = I>,
+    task: impl Fn(I) -> T + Sync,
+) -> Vec<T> {
+    let places: Vec<_> = items
+        .into_iter()
+        .map(|i| Mutex::new((Some(i), None)))
+        .collect();
+    run(places.len(), &|k| {
+        // Nobody else asks for this place.
+        let mut place = places[k].lock().unwrap_or_else(PoisonError::into_inner);
+        place.1 = place.0.take().map(&task);
+    });
+    let made = places
+        .into_iter()
+        .map(|place| place.into_inner().unwrap_or_else(PoisonError::into_inner).1);
+    made.flatten().collect()
+}
+
+/// The values of `of` at 0, 1, …, `count` - 1; a task makes many.
+///
+/// ```
+/// assert_eq!(faceoff_mesh::parallel::collect(4, |k| k * k), [0, 1, 4, 9]);
+/// ```
+pub fn collect<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let share = count.div_ceil(TASKS * rayon::current_num_threads()).max(1);
+    if share >= count {
+        return (0..count).map(of).collect();
+    }
+    let shares = (0..count).step_by(share);
+    let made = map(shares, |first| {
+        (first..count.min(first + share))
+            .map(&of)
+            .collect::<Vec<T>>()
+    });
+    made.into_iter().flatten().collect()
+}
+
+/// Calls `task` with 0, 1, …, `count` - 1.
+fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
+    match count {
+        0 => {}
+        1 => task(0),
+        _ => (0..count).into_par_iter().for_each(task),
+    }
+}
