@@ -46,7 +46,7 @@ pub fn map<I: Send, T: Send>(
 /// assert_eq!(faceoff_mesh::parallel::collect(4, |k| k * k), [0, 1, 4, 9]);
 /// ```
 pub fn collect<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let share = count.div_ceil(TASKS * rayon::current_num_threads()).max(1);
+    let share = share(count);
     if share >= count {
         return (0..count).map(of).collect();
     }
@@ -57,6 +57,11 @@ pub fn collect<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> 
             .collect::<Vec<T>>()
     });
     made.into_iter().flatten().collect()
+}
+
+/// How many of `count` like things a task is to do.
+pub fn share(count: usize) -> usize {
+    count.div_ceil(TASKS * rayon::current_num_threads()).max(1)
 }
 
 /// Calls `task` with 0, 1, …, `count` - 1.

@@ -1,7 +1,7 @@
 //! Bytes of one array as VTU packs them: a header of lengths, then the bytes, perhaps in compressed blocks.
 
 use super::Compressor;
-use rayon::prelude::*;
+use crate::parallel;
 use std::io::Read;
 
 /// Bytes that are compressed together.
@@ -40,18 +40,22 @@ pub(super) fn pack(
         });
     }
     let level = flate2::Compression::new(ZLIB_LEVEL);
-    let blocks = (0..length.div_ceil(BLOCK))
-        .into_par_iter()
-        .map_init(
-            || (flate2::Compress::new(level, true), vec![0; BLOCK]),
-            |(zlib, bytes), index| {
-                let place = index * BLOCK;
-                let bytes = bytes.split_at_mut(BLOCK.min(length - place)).0;
-                fill(place, bytes);
-                compress(bytes, compressor, zlib)
-            },
-        )
-        .collect::<std::io::Result<Vec<_>>>()?;
+    let run = BLOCK * parallel::share(length.div_ceil(BLOCK));
+    let runs = parallel::map((0..length).step_by(run), |first| {
+        let mut zlib = flate2::Compress::new(level, true);
+        let mut bytes = vec![0; BLOCK];
+        let places = (first..length.min(first + run)).step_by(BLOCK);
+        let packed = places.map(|place| {
+            let bytes = bytes.split_at_mut(BLOCK.min(length - place)).0;
+            fill(place, bytes);
+            compress(bytes, compressor, &mut zlib)
+        });
+        packed.collect::<std::io::Result<Vec<_>>>()
+    });
+    let blocks = runs
+        .into_iter()
+        .collect::<std::io::Result<Vec<_>>>()?
+        .concat();
     let words = [blocks.len(), BLOCK, length % BLOCK];
     let lengths = blocks.iter().map(Vec::len);
     Ok(Packed {

@@ -4,7 +4,7 @@ use super::Compressor;
 use super::scalar::Scalar;
 use super::stream::Stream;
 use crate::io::bytes::{self, Bytes};
-use rayon::prelude::*;
+use crate::parallel;
 use std::borrow::Cow;
 use std::ops::{Deref, Range};
 use std::sync::Arc;
@@ -192,15 +192,18 @@ impl Packing {
             let unpacked = decompress(&blocks[index], slot, self.compressor, zlib);
             unpacked.map_err(|what| format!("block {index}: {what}"))
         };
-        let zlib = || flate2::Decompress::new(true);
         // LZMA needs much memory for each block: one at a time.
-        let least = match self.compressor {
-            Compressor::Lzma => blocks.len(),
-            _ => 1,
+        let run = match self.compressor {
+            Compressor::Lzma => blocks.len().max(1),
+            _ => parallel::share(blocks.len()),
         };
-        let slots = out.par_chunks_mut(size).enumerate().with_min_len(least);
-        let errors = slots.map_init(zlib, |zlib, (index, slot)| unpack(zlib, index, slot));
-        errors.find_first(Result::is_err).unwrap_or(Ok(()))
+        let runs = out.chunks_mut(size * run).enumerate();
+        let unpacked = parallel::map(runs, |(k, slots)| {
+            let mut zlib = flate2::Decompress::new(true);
+            let mut slots = (k * run..).zip(slots.chunks_mut(size));
+            slots.try_for_each(|(index, slot)| unpack(&mut zlib, index, slot))
+        });
+        unpacked.into_iter().collect()
     }
 
     /// Refuses blocks that do not exist, and lengths that no compressor achieves.
