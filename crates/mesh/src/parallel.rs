@@ -4,12 +4,15 @@
 //! rayon makes a dozen functions for each loop and each type of number. What a task does itself is compiled as usual; so a task is to be
 //! much work beside one indirect call.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
 /// Tasks for each core, so that none waits long for the last.
 const TASKS: usize = 16;
+/// Values that one task updates.
+const CHUNK: usize = 1 << 13;
 
 /// What `task` makes of each item, in their order; a task for each item.
 ///
@@ -40,28 +43,68 @@ pub fn map<I: Send, T: Send>(
     made.flatten().collect()
 }
 
+/// [`map`] with `scratch` that tasks use one after the other.
+pub fn map_with<S: Send, I: Send, T: Send>(
+    scratch: impl Fn() -> S + Sync,
+    items: impl IntoIterator<Item = I>,
+    task: impl Fn(&mut S, I) -> T + Sync,
+) -> Vec<T> {
+    let spare = Mutex::new(Vec::new());
+    let spare = || spare.lock().unwrap_or_else(PoisonError::into_inner);
+    map(items, |item| {
+        let used = spare().pop();
+        let mut own = used.unwrap_or_else(&scratch);
+        let made = task(&mut own, item);
+        spare().push(own);
+        made
+    })
+}
+
 /// The values of `of` at 0, 1, …, `count` - 1; a task makes many.
 ///
 /// ```
 /// assert_eq!(faceoff_mesh::parallel::collect(4, |k| k * k), [0, 1, 4, 9]);
 /// ```
 pub fn collect<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let share = share(count);
-    if share >= count {
-        return (0..count).map(of).collect();
-    }
-    let shares = (0..count).step_by(share);
-    let made = map(shares, |first| {
-        (first..count.min(first + share))
-            .map(&of)
-            .collect::<Vec<T>>()
-    });
-    made.into_iter().flatten().collect()
+    chunks(count, share(count), |chunk| chunk.map(&of).collect())
 }
 
 /// How many of `count` like things a task is to do.
 pub fn share(count: usize) -> usize {
     count.div_ceil(TASKS * rayon::current_num_threads()).max(1)
+}
+
+/// What `of` makes of each `size` of 0, 1, …, `count` - 1, one after the other; a task for each chunk.
+///
+/// ```
+/// let odd = |chunk: std::ops::Range<usize>| chunk.filter(|k| k % 2 == 1).collect();
+/// assert_eq!(faceoff_mesh::parallel::chunks(8, 3, odd), [1, 3, 5, 7]);
+/// ```
+pub fn chunks<T: Send>(
+    count: usize,
+    size: usize,
+    of: impl Fn(Range<usize>) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let firsts = (0..count).step_by(size);
+    let made = map(firsts, |first| of(first..count.min(first + size)));
+    let mut all = Vec::with_capacity(made.iter().map(Vec::len).sum());
+    made.into_iter().for_each(|made| all.extend(made));
+    all
+}
+
+/// Makes of each value what `of` is at its place, from what it was.
+///
+/// ```
+/// let mut values = [1, 1, 1];
+/// faceoff_mesh::parallel::update(&mut values, |k, value| value + 2 * k);
+/// assert_eq!(values, [1, 3, 5]);
+/// ```
+pub fn update<T: Copy + Send>(values: &mut [T], of: impl Fn(usize, T) -> T + Sync) {
+    map(values.chunks_mut(CHUNK).enumerate(), |(k, values)| {
+        for (place, value) in (k * CHUNK..).zip(values) {
+            *value = of(place, *value);
+        }
+    });
 }
 
 /// Calls `task` with 0, 1, …, `count` - 1.

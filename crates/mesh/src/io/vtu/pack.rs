@@ -40,22 +40,14 @@ pub(super) fn pack(
         });
     }
     let level = flate2::Compression::new(ZLIB_LEVEL);
-    let run = BLOCK * parallel::share(length.div_ceil(BLOCK));
-    let runs = parallel::map((0..length).step_by(run), |first| {
-        let mut zlib = flate2::Compress::new(level, true);
-        let mut bytes = vec![0; BLOCK];
-        let places = (first..length.min(first + run)).step_by(BLOCK);
-        let packed = places.map(|place| {
-            let bytes = bytes.split_at_mut(BLOCK.min(length - place)).0;
-            fill(place, bytes);
-            compress(bytes, compressor, &mut zlib)
-        });
-        packed.collect::<std::io::Result<Vec<_>>>()
+    let scratch = || (flate2::Compress::new(level, true), vec![0; BLOCK]);
+    let places = (0..length).step_by(BLOCK);
+    let blocks = parallel::map_with(scratch, places, |(zlib, bytes), place| {
+        let bytes = bytes.split_at_mut(BLOCK.min(length - place)).0;
+        fill(place, bytes);
+        compress(bytes, compressor, zlib)
     });
-    let blocks = runs
-        .into_iter()
-        .collect::<std::io::Result<Vec<_>>>()?
-        .concat();
+    let blocks = blocks.into_iter().collect::<std::io::Result<Vec<_>>>()?;
     let words = [blocks.len(), BLOCK, length % BLOCK];
     let lengths = blocks.iter().map(Vec::len);
     Ok(Packed {

@@ -192,17 +192,15 @@ impl Packing {
             let unpacked = decompress(&blocks[index], slot, self.compressor, zlib);
             unpacked.map_err(|what| format!("block {index}: {what}"))
         };
-        // LZMA needs much memory for each block: one at a time.
-        let run = match self.compressor {
-            Compressor::Lzma => blocks.len().max(1),
-            _ => parallel::share(blocks.len()),
-        };
-        let runs = out.chunks_mut(size * run).enumerate();
-        let unpacked = parallel::map(runs, |(k, slots)| {
-            let mut zlib = flate2::Decompress::new(true);
-            let mut slots = (k * run..).zip(slots.chunks_mut(size));
-            slots.try_for_each(|(index, slot)| unpack(&mut zlib, index, slot))
-        });
+        let zlib = || flate2::Decompress::new(true);
+        let mut slots = out.chunks_mut(size).enumerate();
+        if self.compressor == Compressor::Lzma {
+            // It needs much memory for each block: one at a time.
+            let mut unused = zlib();
+            return slots.try_for_each(|(index, slot)| unpack(&mut unused, index, slot));
+        }
+        let unpacked =
+            parallel::map_with(zlib, slots, |zlib, (index, slot)| unpack(zlib, index, slot));
         unpacked.into_iter().collect()
     }
 
