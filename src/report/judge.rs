@@ -6,13 +6,14 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::certified::Certified;
-use super::culprit::{carrier, claim, equations};
+use super::culprit::{claim, equations};
 use super::html::{self, Along, Html, Put};
 use super::json::csv;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, short, table, word};
-use super::number::{place, size, whole};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
+use crate::text::number::{place, size, whole};
+use crate::text::{Text, text};
 use crate::why::{self, Explanation, FaceGamma, Findings, Spot, TermRows};
 use faceoff_fem::certify::{Certificate, Target};
 use faceoff_fem::contact::face_fields;
@@ -25,7 +26,7 @@ pub struct Judgement {
     /// Does the field solve the scheme?
     pub verdict: Verdict,
     /// What is wrong where, and why.
-    sentence: String,
+    sentence: Text,
     scene: String,
     result: String,
     understood: Understood,
@@ -109,13 +110,14 @@ pub fn judge<'a>(
     let name = told.name();
     let of = format!("{}, {}", told.scene, told.method);
     report.claim = match told.verdict {
-        Verdict::Agree => format!("**{name}** solves the scheme, to rounding"),
+        Verdict::Agree => text!("**{}** solves the scheme, to rounding", name),
         _ => claim(name, found),
     };
     report.lede = match told.verdict {
-        Verdict::Agree => format!(
-            "All **{} equations** of {of} hold: the largest residual is {}. Proved besides: {}.",
+        Verdict::Agree => text!(
+            "All **{} equations** of {} hold: the largest residual is {}. Proved besides: {}.",
             whole(found.rows),
+            of,
             size(found.residual),
             told.certificate
                 .as_ref()
@@ -124,10 +126,10 @@ pub fn judge<'a>(
         _ => equations(found, &of),
     };
     report.next = next(told);
-    report.notes = vec![format!(
+    report.notes = vec![text!(
         "Scheme: Burman, Hansbo, Larson 2017, (3.2) and (2.4); γ = {} h. Residual: of each row over the sum of the sizes of its terms. The \
          field was read as {}, written {}.",
-        case.problem.discretisation.gamma0(),
+        case.problem.discretisation.gamma0().to_string(),
         told.understood.sentence(),
         found.written.words()
     )];
@@ -166,7 +168,7 @@ pub fn judge<'a>(
     if !found.explanations.is_empty() {
         let words = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
         page.extend([
-            Block::Heading(2, "What was tried".into()),
+            Block::heading(2, "What was tried"),
             Block::Text(words.into()),
         ]);
         page.push(Block::Html(Box::new(move || {
@@ -184,13 +186,15 @@ pub fn judge<'a>(
         })));
         rest.extend([worst(&found.worst).into(), terms(&found.terms).into()]);
     }
-    page.push(Block::Folded(
-        "Rows and terms · how the file was understood, and what its rows are made of".into(),
+    page.push(Block::folded(
+        "Rows and terms",
+        "how the file was understood, and what its rows are made of",
         rest,
     ));
     if !found.gamma.is_empty() {
-        page.push(Block::Folded(
-            "γ on every contact face".into(),
+        page.push(Block::folded(
+            "γ on every contact face",
+            "",
             vec![gamma(&found.gamma).into()],
         ));
     }
@@ -202,7 +206,7 @@ pub fn judge<'a>(
             &told.scene,
             format!("{} solves {}", told.result, told.method),
             told.verdict,
-            told.sentence.clone(),
+            told.sentence.to_string(),
         )
     };
     report.suites.push(Suite::new(&told.result, [test]));
@@ -241,11 +245,11 @@ fn next(told: &Judgement) -> Vec<Todo> {
     let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
     let term = culprit.and_then(|c| c.term).or_else(|| suspects.next());
     let words = match (culprit, term) {
-        (Some(c), _) if c.ingredient == "γ" => Some(match &c.at[..] {
-            [spot] => format!("Look where the code makes **γ** of {}.", carrier(spot)),
-            _ => "Look where the code makes **γ**.".into(),
+        (Some(c), _) if c.is_gamma() => Some(match &c.at[..] {
+            [spot] => text!("Look where the code makes **γ** of {}.", spot.carrier()),
+            _ => text!("Look where the code makes **γ**."),
         }),
-        (_, Some(term)) => Some(format!(
+        (_, Some(term)) => Some(text!(
             "Look where the code assembles **{}**.",
             why::name(term)
         )),
@@ -309,7 +313,7 @@ pub(super) fn tried(explanations: &[Explanation]) -> Table {
     let caption =
         "What was put into the scheme in its place, one thing at a time, and the residual with it";
     table!(caption, explanations, |of|
-        "ingredient" => of.ingredient,
+        "ingredient" => of.ingredient.to_string(),
         "residual" => of.left,
         "found" => if of.accounts { "explains it" } else { "does not" },
         "with it" => &of.what,
@@ -320,7 +324,7 @@ fn gamma<'a>(faces: impl IntoIterator<Item = &'a FaceGamma>) -> Table {
     let caption = "What γ would have to be on contact faces; in contact it has no say";
     let fitted = |of: &FaceGamma| {
         of.factor
-            .map(|factor| Cell::Number(factor, format!("× {factor:.10}")))
+            .map(|factor| Cell::number(factor, format!("× {factor:.10}")))
     };
     table!(caption, faces, |of|
         "face" => format!("{:?}", of.vertices),

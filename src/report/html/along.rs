@@ -8,7 +8,7 @@ use super::chain::Chain;
 use super::markup::{division, escape, figure};
 use super::plane::{NARROWEST, WIDEST, drawing, position, word};
 use super::residual::Put;
-use crate::report::number::{place, size};
+use crate::text::number::{place, size};
 use faceoff_fem::contact::Problem;
 use faceoff_mesh::field::FaceFields;
 

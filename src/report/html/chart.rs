@@ -6,7 +6,8 @@ use super::Html;
 use super::markup::{division, escape, figure};
 use super::plane::{NARROWEST, Picture, word};
 use crate::engine::unique;
-use crate::report::number::{number, power_of_ten, trimmed};
+use crate::text::Text;
+use crate::text::number::{number, power_of_ten, trimmed};
 
 /// The classes of a line and of what it fills; red is for what is wrong.
 pub(in crate::report) const COLOURS: [[&str; 2]; 5] = [
@@ -591,8 +592,8 @@ fn mark(kind: usize, class: &str, [x, y]: [f64; 2], title: &str) -> String {
 }
 
 /// Charts under what they show, drawn for a wide page and for a narrow one.
-pub(in crate::report) fn chart_figure(caption: &str, all: &[Chart], widest: f64) -> Html {
-    let label = caption.replace("**", "");
+pub(in crate::report) fn chart_figure(caption: &Text, all: &[Chart], widest: f64) -> Html {
+    let label = caption.to_string();
     let [wide, narrow] = [widest, NARROWEST].map(|width| charts(&label, all, width).html());
     match all.iter().all(Chart::is_empty) {
         true => Html::default(),

@@ -8,7 +8,8 @@ use super::pair::pairs;
 use super::plane::{drawing, word};
 use crate::campaigns::verify::VerifyOutcome;
 use crate::engine::unique;
-use crate::report::number::{number, size, trimmed, whole};
+use crate::text::number::{number, size, trimmed, whole};
+use crate::text::{Text, text};
 use faceoff_mesh::error::Result;
 
 /// Powers of two of rounding that are drawn.
@@ -66,7 +67,7 @@ impl Spread {
     }
 
     /// How large the differences are, in words.
-    pub fn words(&self) -> String {
+    pub fn words(&self) -> Text {
         let mut all: Vec<f64> = self
             .all
             .iter()
@@ -74,7 +75,7 @@ impl Spread {
             .collect();
         all.sort_by(f64::total_cmp);
         let Some(last) = all.last().copied() else {
-            return String::new();
+            return Text::default();
         };
         let at = |share: f64| all[((all.len() - 1) as f64 * share) as usize];
         let units = |d: f64| trimmed(&number(d, if d < 100.0 { 2 } else { 3 }));
@@ -87,12 +88,13 @@ impl Spread {
             true => format!(", 1/{} of its tolerance", whole(slack as usize)),
             false => String::new(),
         };
-        format!(
-            "Of {} differences half are below **{} units of rounding**, 99 in 100 below {}; the largest is {} units{slack}.",
+        text!(
+            "Of {} differences half are below **{} units of rounding**, 99 in 100 below {}; the largest is {} units{}.",
             whole(all.len()),
             units(at(0.5)),
             units(at(0.99)),
-            units(last)
+            units(last),
+            slack
         )
     }
 
@@ -104,7 +106,7 @@ impl Spread {
             .filter(|d| **d == 0.0)
             .count();
         let count: usize = self.all.iter().map(|of| of.differences.len()).sum();
-        let caption = format!(
+        let caption = text!(
             "**How well they agree.** Share of the values by their difference, for each pair of codes; ▴ the largest. {} in 100 are \
              equal to the last bit and not drawn",
             (100 * equal).div_ceil(count.max(1))

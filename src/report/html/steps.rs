@@ -6,7 +6,8 @@ use super::Html;
 use super::along::{LEFT, Panel};
 use super::markup::{division, escape, figure};
 use super::plane::{NARROWEST, WIDEST, drawing, ticks, word};
-use crate::report::number::{number, power_of_ten, size, trimmed};
+use crate::text::number::{number, power_of_ten, size, trimmed};
+use crate::text::text;
 use faceoff_judge::{ComparedField, Comparisons, Verdict};
 
 const HEIGHT: f64 = 250.0;
@@ -40,8 +41,11 @@ pub(in crate::report) fn steps(all: &Comparisons) -> Html {
         0 => String::new(),
         more => format!("; {more} more fields are farther below their tolerances"),
     };
-    let caption =
-        format!("**Largest |a − b|** relative to the largest value of its field, {by}{more}");
+    let caption = text!(
+        "**Largest |a − b|** relative to the largest value of its field, {}{}",
+        by,
+        more
+    );
     let [wide, narrow] = [WIDEST, NARROWEST].map(|width| drawn(all, &lines, width));
     figure(
         "",
