@@ -83,7 +83,7 @@ pub fn certify<'a>(
         "{} cells, {} faces, {} dofs",
         told.cells, told.faces, told.dofs
     );
-    let understood = told.understood.sentence();
+    let understood = Text::message(&told.understood.sentence());
     let made_of = format!(
         "misfit {}, contact {}, oscillation {}, not known of the data {}",
         short(parts.misfit),
@@ -106,7 +106,7 @@ pub fn certify<'a>(
     ];
     let first = [
         fact("result", told.result.clone()),
-        fact("understood as", understood.clone()),
+        ("understood as".into(), understood),
     ];
     let last = c.facts().into_iter().chain(boundary);
     let of_parts = [fact("made of", made_of)].into_iter();
@@ -155,7 +155,7 @@ pub fn certify<'a>(
     report.notes.push(what.into());
     report.notes.push(text!(
         "The field was read as {}.",
-        told.understood.sentence()
+        Text::message(&told.understood.sentence())
     ));
     report.blocks = vec![
         Block::Terminal(vec![Block::facts(facts)]),

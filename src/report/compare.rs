@@ -219,7 +219,7 @@ fn next(comparison: &Comparison, farthest: &ComparedField, has_differences: bool
     let mut steps = Vec::new();
     if has_differences {
         steps.push(Todo::new(
-            "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field.",
+            text!("Look at it in ParaView: `differences.vtu` beside this page has a − b of every field."),
             none,
         ));
     }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::html::{Axis, Chart, Line, Slope, charts};
 use super::model::{Block, Cell, Figure, Report, Table, joined, table};
 use crate::campaigns::convergence::{Convergence, Order};
-use crate::text::number::power_of_ten;
+use crate::text::number::superscript;
 use crate::text::{Text, text};
 use faceoff_mesh::error::Result;
 
@@ -98,9 +98,9 @@ fn panels(of: &Convergence) -> Vec<Chart> {
             .fit
             .map(|fit| fit.exponent.round())
             .filter(|p| *p >= 1.0);
-        let name = |p: f64| match power_of_ten(p as i32).strip_prefix("10") {
-            Some(raised) if p != 1.0 => format!("h{raised}"),
-            _ => "h".to_owned(),
+        let name = |p: f64| match p as i32 {
+            1 => "h".to_owned(),
+            p => format!("h{}", superscript(p)),
         };
         let fit = order.fit.map(|fit| format!("order {:.2}", fit.exponent));
         let line = Line::new(&fit.unwrap_or_default(), 0, errors);

@@ -13,7 +13,7 @@ use crate::campaigns::face_off::{
 use crate::campaigns::limit::Found;
 use crate::run::{Judged, Same};
 use crate::text::number::{number, size};
-use crate::text::{Text, text};
+use crate::text::{Number, Text, text};
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
 
@@ -374,7 +374,7 @@ fn level(n: Option<usize>, label: &str) -> Option<Cell> {
 }
 
 fn runs_table(runs: &[RunOf]) -> Table {
-    let outcome = |run: &RunOf| run.failure.clone().unwrap_or_else(|| "done".to_owned());
+    let outcome = |run: &RunOf| run.failure.as_deref().map_or("done".into(), Text::message);
     table!("", runs, |run|
         "code" => &run.code,
         "n" => level(run.n, &run.level),
@@ -494,16 +494,10 @@ fn order_figures(of: &OfField) -> html::Html {
 }
 
 fn number_table(of: &OfNumber) -> Table {
-    let exact = of
-        .exact
-        .map_or(String::new(), |exact| format!(", exact {exact}"));
+    let exact = of.exact.map(|x| text!(", exact {}", Number::exact(x)));
     let values = |row: &RowOfNumber| {
-        joined(
-            row.values
-                .iter()
-                .map(|(code, value)| format!("{code} {value:.12e}")),
-            ", ",
-        )
+        let of = |(code, value): (&String, &f64)| text!("{} {}", code, Number::new(*value, 13));
+        Text::joined(row.values.iter().map(of), ", ")
     };
     let verdict = |row: &RowOfNumber| match row.judged {
         true => Cell::from(row.verdict),

@@ -130,15 +130,15 @@ pub fn judge<'a>(
         "Scheme: Burman, Hansbo, Larson 2017, (3.2) and (2.4); γ = {} h. Residual: of each row over the sum of the sizes of its terms. The \
          field was read as {}, written {}.",
         case.problem.discretisation.gamma0().to_string(),
-        told.understood.sentence(),
+        Text::message(&told.understood.sentence()),
         found.written.words()
     )];
     let told_facts = || {
         Block::facts([
-            ("understood as", told.understood.sentence()),
-            ("written", found.written.words()),
-            ("residual", residual(found)),
-            ("certificate", certificate.clone()),
+            ("understood as", Text::message(&told.understood.sentence())),
+            ("written", found.written.words().into()),
+            ("residual", residual(found).into()),
+            ("certificate", certificate.clone().into()),
         ])
     };
     let mut terminal = vec![told_facts()];
@@ -230,7 +230,7 @@ fn along(told: &Judgement, case: &Case, u: &[f64]) -> Html {
     let drawn = along.figure("");
     match drawn == Html::default() {
         true => drawn,
-        false => html::titled("Along Γ_C", drawn),
+        false => html::titled(text!("Along Γ_C"), drawn),
     }
 }
 
@@ -268,7 +268,7 @@ fn next(told: &Judgement) -> Vec<Todo> {
         )],
     ));
     steps.push(Todo::new(
-        "Every row with its terms is in `rows.csv`, beside this page.",
+        text!("Every row with its terms is in `rows.csv`, beside this page."),
         none,
     ));
     steps

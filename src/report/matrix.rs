@@ -131,6 +131,7 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
     report.blocks.push(table(outcome).into());
     let sentences = sentences(outcome);
     if !sentences.is_empty() {
+        let sentences = sentences.iter().map(|of| Text::message(of));
         report.blocks.push(Block::list(sentences));
     }
     report.blocks.push(Block::Page(vec![

@@ -55,7 +55,7 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
             [format!("faceoff {} --keep job", engine::typed())],
         ));
         steps.push(Todo::new(
-            "Read its own words in `log.txt` of its job folder.",
+            text!("Read its own words in `log.txt` of its job folder."),
             [] as [&str; 0],
         ));
         steps.push(Todo::new(
@@ -65,7 +65,7 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
     } else if let Some((case, gamma0)) = unique_from(outcome) {
         let n = case.n.map_or(String::new(), |n| format!(" --n {n}"));
         steps.push(Todo::new(
-            "See the one solution that it has with a larger γ₀, and put that under `[method]` of the scene:",
+            text!("See the one solution that it has with a larger γ₀, and put that under `[method]` of the scene:"),
             [format!(
                 "faceoff solve {}{n} --method {} --gamma0 {gamma0:.2e}",
                 scene_as_typed(&case.scene),

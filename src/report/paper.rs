@@ -10,7 +10,7 @@ use crate::campaigns::paper::{
 };
 use crate::engine::unique;
 use crate::run::Observed;
-use crate::text::{Number, text};
+use crate::text::{Number, Text, text};
 use faceoff_fem::contact::Positivity;
 use faceoff_mesh::error::Result;
 
@@ -57,9 +57,9 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
     };
     let statements = table!("", all(), |s|
         "example" => &s.example,
-        "the paper" => &s.says,
+        "the paper" => Text::message(&s.says),
         "verdict" => verdict(s.holds),
-        "found" => &s.found,
+        "found" => Text::message(&s.found),
     );
     report.lead = figures(outcome).into_iter().map(Block::Figure).collect();
     report.blocks.extend([
@@ -94,12 +94,12 @@ fn of_example(e: &ExampleOutcome) -> Vec<Block<'_>> {
     );
     let mut blocks = vec![
         Block::heading(2, format!("{}: f = {}", e.title, e.f)),
-        Block::text(format!(
-            "Mesh-free: contact on {}; ‖∇u‖² = {:.12}, ‖u‖ = {:.12}, ∫∂ₙu = {:.12} on Γ_C.",
+        Block::text(text!(
+            "Mesh-free: contact on {}; ‖∇u‖² = {}, ‖u‖ = {}, ∫∂ₙu = {} on Γ_C.",
             intervals(&e.contact_set, 10),
-            e.grad_norm_sq,
-            e.l2_norm,
-            e.contact_flux,
+            Number::fixed(e.grad_norm_sq, 12),
+            Number::fixed(e.l2_norm, 12),
+            Number::fixed(e.contact_flux, 12),
         )),
         levels.into(),
     ];
@@ -268,9 +268,9 @@ fn theory(outcome: &PaperOutcome) -> Vec<Block<'_>> {
     let of = &outcome.theory;
     let constant = |of: &Option<Positivity>| of.map(|p| Cell::fixed(p.constant, 4));
     let least = |of: &Option<Positivity>| of.map(|p| Cell::fixed(p.least_gamma0, 4));
-    let caption = format!(
+    let caption = text!(
         "For the scheme that the errors are of, γ₀ = {}; all cells at Γ_C are alike, so that the numbers are those of every n",
-        of.gamma0
+        of.gamma0.to_string()
     );
     let rows = table!(caption, of.meshes.iter(), |m|
         "mesh" => m.mesh.to_string(),
@@ -310,10 +310,10 @@ pub fn references(references: &References) -> Result<Report<'_>> {
     for (name, known) in &references.0 {
         report.blocks.push(Block::heading(2, name.clone()));
         report.blocks.push(Block::facts([
-            ("contact on", intervals(&known.contact_set, 13)),
-            ("‖∇u‖²", format!("{:.12}", known.grad_norm_sq)),
-            ("‖u‖", format!("{:.12}", known.l2_norm)),
-            ("flux on Γ_C", format!("{:.12}", known.contact_flux)),
+            (text!("contact on"), intervals(&known.contact_set, 13)),
+            (text!("‖∇u‖²"), format!("{:.12}", known.grad_norm_sq)),
+            (text!("‖u‖"), format!("{:.12}", known.l2_norm)),
+            (text!("flux on Γ_C"), format!("{:.12}", known.contact_flux)),
         ]));
     }
     Ok(report)

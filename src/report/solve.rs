@@ -8,7 +8,7 @@ use super::model::{Block, Cell, Report, Todo, count, joined, short, table};
 use crate::engine::{self, Case, Explanation};
 use crate::run::RESIDUAL_TOLERANCE;
 use crate::text::number::{number, place, size, trimmed, whole};
-use crate::text::{Text, text};
+use crate::text::{Text, at_least, at_most, text};
 use faceoff_fem::adapt::{Step, Way};
 use faceoff_fem::certify::Certificate;
 use faceoff_fem::contact::{
@@ -187,13 +187,13 @@ impl Answer {
             Doubt::GammaTooSmall { face, factor, .. } => text!(
                 "on this mesh Proposition 4.2 holds for gamma0 above {}, and it is {} (first on {}): raise gamma0, or take \
                  `midpoint` for the rule on the contact side, which has one for every gamma0",
-                short(factor * self.gamma0),
+                at_most(factor * self.gamma0, 3),
                 short(self.gamma0),
                 on(face)
             ),
             Doubt::GammaTooLarge { face, factor, .. } => text!(
                 "on this mesh there is one for gamma0 below {}, and it is {} (first on {}): lower gamma0, or take theta1 = 1",
-                short(factor * self.gamma0),
+                at_least(factor * self.gamma0, 3),
                 short(self.gamma0),
                 on(face)
             ),
@@ -353,7 +353,9 @@ pub fn solve<'a>(
     let lines = a.explanation.iter().flat_map(Explanation::lines);
     let of = Block::text(about.clone());
     report.blocks = vec![Block::Terminal(vec![of, Block::facts(facts)])];
-    report.blocks.extend(lines.map(Block::text));
+    report
+        .blocks
+        .extend(lines.map(|line| Block::text(Text::message(&line))));
     let caption = "The meshes on the way to the accuracy";
     let steps = table!(caption, a.meshes.iter().flatten(), |step|
         "mesh" => words_of(step.way),
@@ -379,7 +381,7 @@ pub fn solve<'a>(
         let drawn = along.figure("");
         Ok(match drawn == html::Html::default() {
             true => drawn,
-            false => html::titled("Along Γ_C", drawn),
+            false => html::titled(text!("Along Γ_C"), drawn),
         })
     })));
     report.blocks.push(Block::Page(page));

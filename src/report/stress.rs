@@ -13,7 +13,7 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
 const HOW: &str = "Each problem has a known solution. `holds`: the relative error (the larger of energy norm and L²) is that of moderate \
-    values, or below 1e-8. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: a result reported as right that is not.";
+    values, or below 10⁻⁸. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: a result reported as right that is not.";
 const AMPLIFIED: &str = "The condition is an estimate, from below, of Skeel's condition number of the linearised scheme at each answer: how many times a \
     relative rounding of its terms shows in u. Digits are those that agree with the moderate solution, where that has the same dofs.";
 /// The grounds of the map, and what each means.
@@ -81,6 +81,7 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
             report
                 .blocks
                 .push(Block::Page(vec![Block::heading(2, title)]));
+            let sentences = sentences.iter().map(|of| Text::message(of));
             report.blocks.push(Block::list(sentences));
         }
     }

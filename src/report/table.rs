@@ -169,10 +169,10 @@ impl Cell {
     }
 
     /// A verdict and what it rests on.
-    pub fn because(verdict: Verdict, why: Option<impl Into<Text>>) -> Self {
+    pub fn because(verdict: Verdict, why: Option<&str>) -> Self {
         Cell {
             verdict: Some(verdict),
-            shown: why.map_or_else(Text::default, |why| Text::from(": ").and(why)),
+            shown: why.map_or_else(Text::default, |why| Text::message(&format!(": {why}"))),
             ..Cell::default()
         }
     }
@@ -213,7 +213,7 @@ impl From<usize> for Cell {
 
 impl From<Verdict> for Cell {
     fn from(verdict: Verdict) -> Self {
-        Cell::because(verdict, None::<Text>)
+        Cell::because(verdict, None)
     }
 }
 

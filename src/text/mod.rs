@@ -70,6 +70,16 @@ impl Number {
         Number { value, form }
     }
 
+    /// A bound from above, none of whose digits is below it.
+    pub fn at_most(bound: f64, digits: usize) -> Self {
+        Number::new(above(bound, Digits::Counting(digits)), digits)
+    }
+
+    /// A bound from below, none of whose digits is above it.
+    pub fn at_least(bound: f64, digits: usize) -> Self {
+        Number::new(below(bound, Digits::Counting(digits)), digits)
+    }
+
     /// With so many digits behind the point.
     pub fn fixed(value: f64, decimals: usize) -> Self {
         let form = Form::Decimals(decimals);
@@ -152,14 +162,18 @@ impl Text {
         self.0.is_empty()
     }
 
-    /// The message of an error, in which `…` encloses what one would type.
+    /// A message or a description that is kept as a string, in which `…` encloses what one would type and Γ_C is the part of the
+    /// boundary.
     pub fn message(words: &str) -> Self {
-        let parts = words.split('`').enumerate();
-        let pieces = parts.map(|(k, part)| match k % 2 {
-            0 => Piece::Words(part.to_owned()),
-            _ => Piece::Code(part.to_owned()),
-        });
-        Text::of(pieces)
+        let mut text = Text::default();
+        for (k, part) in words.split('`').enumerate() {
+            let part = match k % 2 {
+                0 => Text::with_symbols(part),
+                _ => Text::code(part),
+            };
+            text.add(false, part);
+        }
+        text
     }
 
     /// What one would type.
@@ -251,7 +265,7 @@ impl Text {
         text
     }
 
-    /// As a sentence begins.
+    /// As a sentence begins; a name in it stays as it is.
     pub fn capitalised(mut self) -> Self {
         if let Some(Span {
             piece: Piece::Words(words),
@@ -259,7 +273,11 @@ impl Text {
         }) = self.0.first_mut()
         {
             let mut letters = words.chars();
-            if let Some(first) = letters.next() {
+            let is_word = words
+                .split(' ')
+                .next()
+                .is_some_and(|w| w.chars().all(|c| c.is_ascii_lowercase()));
+            if let Some(first) = letters.next().filter(|_| is_word) {
                 *words = first.to_uppercase().chain(letters).collect();
             }
         }

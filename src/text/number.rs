@@ -54,10 +54,14 @@ pub fn share(part: f64) -> String {
 
 /// `10⁻³`
 pub fn power_of_ten(exponent: i32) -> String {
+    format!("10{}", superscript(exponent))
+}
+
+/// `⁻³`
+pub fn superscript(exponent: i32) -> String {
     let digits = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let of = |c: char| c.to_digit(10).map_or('⁻', |d| digits[d as usize]);
-    let power: String = exponent.to_string().chars().map(of).collect();
-    format!("10{power}")
+    exponent.to_string().chars().map(of).collect()
 }
 
 /// `(0.2031, 0)`: four digits of the largest coordinate, as many of the others.

@@ -278,7 +278,7 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
         ("w", "worst face") => worst_of(f),
         ("n", "a there") => value(f, |w| w.a),
         ("n", "b there") => value(f, |w| w.b),
-        ("", "verdict") => Cell::because(f.verdict, f.reason.as_ref()),
+        ("", "verdict") => Cell::because(f.verdict, f.reason.as_deref()),
     );
     table(&all.setting_off(rows().map(|(_, f)| !f.verdict.passes())))
 }

@@ -64,7 +64,7 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
         ("n opt", "atol") => of_size(of.atol),
         ("n opt", "beyond") => beyond(&of.field),
         ("w opt", "worst") => worst_of(&of.field),
-        ("", "verdict") => Cell::because(of.field.verdict, of.field.reason.as_ref()),
+        ("", "verdict") => Cell::because(of.field.verdict, of.field.reason.as_deref()),
     );
     table(&all.setting_off(fields.iter().map(|_| false)))
 }

@@ -9,7 +9,7 @@ use super::plane::{Layers, View, WIDTH, circle, drawing, position, segments, wor
 use super::ramp::Ramp;
 use super::surface;
 use crate::text::number::{number, size, whole};
-use crate::text::text;
+use crate::text::{at_most, text};
 use crate::why::{self, Explanation, Findings, Spot};
 use faceoff_fem::contact::{Problem, Term};
 use faceoff_fem::scene::Part;
@@ -360,10 +360,10 @@ fn zoom(put: &Put, about: &str) -> Html {
         .map(|row| put.errors[row]);
     let rest = rest.fold(0.0, f64::max);
     let caption = text!(
-        "**Around the worst.** {}; {} rows fail, all others are below {}",
+        "**Around the worst.** {}; {} rows fail, all others are at most {}",
         shape,
         whole(count),
-        size(rest)
+        at_most(rest, 2)
     );
     let picture = drawing(
         &format!("the worst row of {}, {about}", put.name),

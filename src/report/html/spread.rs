@@ -8,8 +8,8 @@ use super::pair::pairs;
 use super::plane::{drawing, word};
 use crate::campaigns::verify::VerifyOutcome;
 use crate::engine::unique;
-use crate::text::number::{number, size, trimmed, whole};
-use crate::text::{Text, text};
+use crate::text::number::{size, trimmed, whole};
+use crate::text::{Text, at_most, text};
 use faceoff_mesh::error::Result;
 
 /// Powers of two of rounding that are drawn.
@@ -21,7 +21,7 @@ const MOST: usize = 3;
 
 /// Differences of one pair of codes by one method, over rounding.
 struct Of {
-    pair: String,
+    pair: [String; 2],
     method: String,
     tolerance: f64,
     differences: Vec<f64>,
@@ -45,7 +45,7 @@ impl Spread {
                         .into_iter()
                         .map(|(_, d)| d / f64::EPSILON)
                         .filter(|d| d.is_finite());
-                    let name = pair.name();
+                    let name = [pair.a, pair.b].map(str::to_owned);
                     match all
                         .iter_mut()
                         .find(|o| o.pair == name && o.method == case.method)
@@ -78,7 +78,7 @@ impl Spread {
             return Text::default();
         };
         let at = |share: f64| all[((all.len() - 1) as f64 * share) as usize];
-        let units = |d: f64| trimmed(&number(d, if d < 100.0 { 2 } else { 3 }));
+        let units = |d: f64| trimmed(&at_most(d, if d < 100.0 { 2 } else { 3 }));
         let slack = self
             .all
             .iter()
@@ -141,7 +141,7 @@ impl Spread {
             .iter()
             .flat_map(bins)
             .fold(f64::MIN_POSITIVE, f64::max);
-        let names = unique(self.all.iter().map(|of| &*of.pair));
+        let names = unique(self.all.iter().map(|of| &of.pair));
         let methods = unique(self.all.iter().map(|of| &*of.method));
         let shown = names.len().clamp(1, MOST);
         let row = (height - 52.0) / shown as f64;
@@ -173,14 +173,16 @@ impl Spread {
                 svg,
                 "<path class=\"hair\" d=\"M{left} {base:.1}H{right}\"/>"
             );
-            match (is_narrow, name.split_once(" – ")) {
-                (false, Some((a, b))) => {
+            let [a, b] = name;
+            let both = format!("{a} – {b}");
+            match is_narrow {
+                false => {
                     svg += &word("s e", [left - 10.0, base - 4.0], &format!("{a} –"));
                     svg += &word("s e", [left - 10.0, base + 10.0], b);
                 }
-                _ => svg += &word("s", [left, base - most - 4.0], name),
+                true => svg += &word("s", [left, base - most - 4.0], &both),
             }
-            for of in self.all.iter().filter(|of| of.pair == *name) {
+            for of in self.all.iter().filter(|of| of.pair == **name) {
                 let which = methods.iter().position(|m| *m == of.method).unwrap_or(0);
                 let step = (right - left) / BINS as f64;
                 let mut path = format!("M{left:.1} {base:.1}");
@@ -195,7 +197,7 @@ impl Spread {
                     .copied()
                     .unwrap_or(0.0);
                 let told = format!(
-                    "{name}, {}: half below {}, largest {} units of rounding",
+                    "{both}, {}: half below {}, largest {} units of rounding",
                     of.method,
                     size(median),
                     size(largest)

@@ -222,9 +222,7 @@ fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<Named>> {
     let is_faulty = |p: &&pair::Pair| fault.iter().any(|name| p.has(name));
     let right = all.iter().find(|p| !is_faulty(p));
     let wrong = all.iter().find(is_faulty);
-    let of = |p: &pair::Pair| -> Result<_> {
-        Ok((p.name().replace('–', "−"), p.differences(case, "mean")?))
-    };
+    let of = |p: &pair::Pair| -> Result<_> { Ok((p.difference(), p.differences(case, "mean")?)) };
     right.into_iter().chain(wrong).map(of).collect()
 }
 
@@ -248,10 +246,7 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     let Some(field) = pair.worst() else {
         return Ok(Html::default());
     };
-    let (values, name) = (
-        pair.differences(case, "mean")?,
-        pair.name().replace('–', "−"),
-    );
+    let (values, name) = (pair.differences(case, "mean")?, pair.difference());
     let shown = Effect {
         problem: &of.problem,
         values: &values,
