@@ -51,7 +51,7 @@ pub(in crate::report) fn newton(
         },
         y: Axis::new("increment"),
         lines,
-        level: stop.map(|stop| (stop, "stop")),
+        levels: stop.map(|stop| (stop, "stop")).into_iter().collect(),
         ..Chart::default()
     };
     let picture = charts("iterations: increment by step", &[chart], 384.0);
