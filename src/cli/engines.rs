@@ -126,7 +126,7 @@ fn state(here: &Here) -> Result<Report<'_>> {
         problem.or(python).map(|what| Text::message(&what))
     ]);
     let head = ["engine", "version", "remark"];
-    report.blocks.push(Table::new("", &head).with(rows).into());
+    report.blocks.push(Table::new("", head).with(rows).into());
     let plan = engine::plan(&INSTALLED);
     if !plan.is_empty() {
         let lines = plan.iter().flat_map(Installation::typed);
@@ -197,7 +197,7 @@ fn conforms(checked: &Checked) -> Result<Report<'_>> {
         ]
     });
     let head = ["check", "method", "verdict", "difference", "why"];
-    let table = Table::new("Small cases with known answers", &head).with(rows);
+    let table = Table::new("Small cases with known answers", head).with(rows);
     report.blocks.push(Block::Page(vec![table.into()]));
     let cases = checked.findings.iter().map(|f| TestCase {
         class: checked.engine.clone(),

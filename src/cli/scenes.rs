@@ -32,7 +32,7 @@ pub(super) fn run(to: &Output) -> Result<u8> {
         .scenes
         .iter()
         .map(|s| cells![s.name, Text::message(&s.about)]);
-    let table = Table::new("", &["scene", "what it is"]).with(rows);
+    let table = Table::new("", ["scene", "what it is"]).with(rows);
     report.blocks.push(table.into());
     deliver(&report, to)?;
     Ok(DONE)

@@ -215,13 +215,11 @@ fn lede(
 
 /// What to do about fields that differ.
 fn next(comparison: &Comparison, farthest: &ComparedField, has_differences: bool) -> Vec<Todo> {
-    let none: [&str; 0] = [];
     let mut steps = Vec::new();
     if has_differences {
-        steps.push(Todo::new(
-            text!("Look at it in ParaView: `differences.vtu` beside this page has a − b of every field."),
-            none,
-        ));
+        steps.push(Todo::only(text!(
+            "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field."
+        )));
     }
     let b = &comparison.b;
     steps.push(Todo::new(
@@ -444,7 +442,6 @@ fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
 /// One line a field.
 fn fields_table(comparison: &Comparison) -> Table {
     let on = |of: &ComparedField| format!("{:?}", of.on).to_lowercase();
-    let given = |value: f64| Cell::number(value, number(value, 2));
     let remark = |of: &ComparedField| {
         let carriers = match of.on {
             On::Functions | On::Domain => "cells".to_owned(),
@@ -468,8 +465,8 @@ fn fields_table(comparison: &Comparison) -> Table {
         "L2" => norm(of, |n| Some((n.l2, n.l2_scale))),
         "H1" => norm(of, |n| n.h1.zip(n.h1_scale)),
         "scale" => of.scale,
-        "rtol" => given(of.rtol),
-        "atol" => given(of.atol),
+        "rtol" => Cell::size(of.rtol),
+        "atol" => Cell::size(of.atol),
         "worst" => worst(&of.field),
         "verdict" => of.field.verdict,
         "remark" => remark(of),

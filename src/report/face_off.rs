@@ -328,16 +328,12 @@ fn lead(of: &FaceOffOutcome) -> Vec<Block<'_>> {
 
 /// What to do about what fails.
 fn next(of: &FaceOffOutcome) -> Vec<Todo> {
-    let none: [&str; 0] = [];
     let mut steps = Vec::new();
     if of.verdict.passes() {
         return steps;
     }
     if of.runs.iter().any(|run| run.failure.is_some()) {
-        steps.push(Todo::new(
-            "Keep the folders of the runs by --keep DIR; command.txt in each is what was typed, log.txt what it said.",
-            none,
-        ));
+        steps.push(Todo::only("Keep the folders of the runs by --keep DIR; command.txt in each is what was typed, log.txt what it said."));
     }
     let is_wrong = |order: &&OfOrder| order.verdict == Some(Verdict::Disagree);
     if let Some(order) = orders_of(of).find(is_wrong) {
@@ -347,19 +343,13 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
             .flat_map(|f| &f.pairs)
             .any(|p| p.t.is_some());
         let is_constant = order.verdicts == [Some(Verdict::Disagree), Some(Verdict::Agree)];
-        steps.push(Todo::new(
-            match (has_times, is_constant, odd_order(of).is_some()) {
+        steps.push(Todo::only(match (has_times, is_constant, odd_order(of).is_some()) {
                 (true, _, false) if order.axis == "h" => "The error of the time step does not fall with the mesh: let the step fall with it, by a list under [parameters] as long as n, before looking for another cause.".into(),
                 (_, true, _) => text!("The gradient of `{}` converges as it should and `{}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact.", &order.found.field, &order.found.field),
                 _ => "Refine further to see whether the order rises, and take parts of the form, the data and the element away one by one, in each code whose order is low.".into(),
-            },
-            none,
-        ));
+            }));
     } else if of.fields.iter().any(|f| f.verdict == Verdict::Disagree) {
-        steps.push(Todo::new(
-            "Look where the difference enters: on a boundary it is a condition or a group, everywhere a coefficient, a sign or a quadrature rule.",
-            none,
-        ));
+        steps.push(Todo::only("Look where the difference enters: on a boundary it is a condition or a group, everywhere a coefficient, a sign or a quadrature rule."));
     }
     steps
 }

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::certified::Certified;
 use super::culprit::{claim, equations};
-use super::html::{self, Along, Html, Put};
+use super::html::{self, Put};
 use super::json::csv;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, short, table, word};
 use crate::engine::Case;
@@ -16,7 +16,6 @@ use crate::text::number::{place, size, whole};
 use crate::text::{Text, text};
 use crate::why::{self, Explanation, FaceGamma, Findings, Spot, TermRows};
 use faceoff_fem::certify::{Certificate, Target};
-use faceoff_fem::contact::face_fields;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -164,7 +163,11 @@ pub fn judge<'a>(
         ))
     })));
     let mut page: Vec<Block> = Vec::new();
-    page.push(Block::Html(Box::new(move || Ok(along(told, case, u)))));
+    page.push(Block::Html(Box::new(move || {
+        let put = Put::new(name, &case.problem, u, Some(&told.findings));
+        let is_faulty = !told.verdict.passes();
+        Ok(html::along_one(put, told.findings.limit, is_faulty))
+    })));
     if !found.explanations.is_empty() {
         let words = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
         page.extend([
@@ -213,34 +216,12 @@ pub fn judge<'a>(
     Ok(report)
 }
 
-/// What happens on Γ_C of a plane mesh.
-fn along(told: &Judgement, case: &Case, u: &[f64]) -> Html {
-    let problem = &case.problem;
-    let fields = [face_fields(problem, u, told.name())];
-    let puts = [Put::new(told.name(), problem, u, Some(&told.findings))];
-    let faulty = (!told.verdict.passes()).then(|| told.name());
-    let along = Along {
-        problem,
-        fields: &fields,
-        puts: &puts,
-        differences: Vec::new(),
-        tolerance: told.findings.limit,
-        faulty: faulty.into_iter().collect(),
-    };
-    let drawn = along.figure("");
-    match drawn == Html::default() {
-        true => drawn,
-        false => html::titled(text!("Along Γ_C"), drawn),
-    }
-}
-
 /// What to do about a field that does not solve.
 fn next(told: &Judgement) -> Vec<Todo> {
     if told.verdict.passes() {
         return Vec::new();
     }
     let found = &told.findings;
-    let none: [&str; 0] = [];
     let culprit = found.culprit();
     let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
     let term = culprit.and_then(|c| c.term).or_else(|| suspects.next());
@@ -255,10 +236,7 @@ fn next(told: &Judgement) -> Vec<Todo> {
         )),
         _ => None,
     };
-    let mut steps: Vec<Todo> = words
-        .into_iter()
-        .map(|words| Todo::new(words, none))
-        .collect();
+    let mut steps: Vec<Todo> = words.into_iter().map(Todo::only).collect();
     let scene = &told.scene;
     steps.push(Todo::new(
         "Hold against it what this program finds:",
@@ -267,10 +245,9 @@ fn next(told: &Judgement) -> Vec<Todo> {
             told.method
         )],
     ));
-    steps.push(Todo::new(
-        text!("Every row with its terms is in `rows.csv`, beside this page."),
-        none,
-    ));
+    steps.push(Todo::only(text!(
+        "Every row with its terms is in `rows.csv`, beside this page."
+    )));
     steps
 }
 

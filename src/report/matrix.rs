@@ -184,7 +184,7 @@ fn table(outcome: &MatrixOutcome) -> Table {
         cells.extend(row.iter().map(cell));
         cells
     });
-    Table::new("", &head).with(rows)
+    Table::new("", head).with(rows)
 }
 
 fn cell(of: &Entry) -> Cell {

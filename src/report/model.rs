@@ -189,6 +189,11 @@ impl<'a> Report<'a> {
 }
 
 impl Todo {
+    /// What to do without a command.
+    pub fn only(words: impl Into<Text>) -> Self {
+        Todo::new(words, None::<String>)
+    }
+
     /// What to do, and the commands that do it.
     pub fn new<S: Into<String>>(
         words: impl Into<Text>,

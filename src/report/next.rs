@@ -54,10 +54,9 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
             "Run it again and keep what it was given and what it said:",
             [format!("faceoff {} --keep job", engine::typed())],
         ));
-        steps.push(Todo::new(
-            text!("Read its own words in `log.txt` of its job folder."),
-            [] as [&str; 0],
-        ));
+        steps.push(Todo::only(text!(
+            "Read its own words in `log.txt` of its job folder."
+        )));
         steps.push(Todo::new(
             "Try it on small cases with known answers:",
             [format!("faceoff engines check {code}")],
@@ -112,27 +111,21 @@ fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
     let culprit = found.culprit();
     if let Some(Explanation { at, .. }) = culprit.filter(|c| c.is_gamma()) {
         let [spot] = &at[..] else {
-            return Some(Todo::new(
-                text!(
-                    "Look where {} makes or reads **γ**; in `job/*/case-0` is what it was given.",
-                    name
-                ),
-                [] as [&str; 0],
-            ));
+            return Some(Todo::only(text!(
+                "Look where {} makes or reads **γ**; in `job/*/case-0` is what it was given.",
+                name
+            )));
         };
         let mesh = &case.setup.mesh;
         let cell = mesh
             .find_face(&spot.vertices)
             .map(|face| mesh.face_cells(face)[0])?;
-        return Some(Todo::new(
-            text!(
-                "Look where {} reads **γ of cell {}**, behind {}; `job/*/case-0` has what it was given.",
-                name,
-                cell,
-                spot.carrier()
-            ),
-            [] as [&str; 0],
-        ));
+        return Some(Todo::only(text!(
+            "Look where {} reads **γ of cell {}**, behind {}; `job/*/case-0` has what it was given.",
+            name,
+            cell,
+            spot.carrier()
+        )));
     }
     let term = |term: Term| text!("Look where {} assembles **{}**.", name, why::name(term));
     let words = match culprit.and_then(|c| c.term) {
@@ -142,7 +135,7 @@ fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
             term(suspects.next()?)
         }
     };
-    Some(Todo::new(words, [] as [&str; 0]))
+    Some(Todo::only(words))
 }
 
 /// What was typed; a word that is no Unicode as far as it is.

@@ -12,8 +12,7 @@ use crate::text::{Text, at_least, at_most, text};
 use faceoff_fem::adapt::{Step, Way};
 use faceoff_fem::certify::Certificate;
 use faceoff_fem::contact::{
-    ContactSet, Doubt, Ended, Errors, Iteration, Problem, doubt, face_fields, load_has_no_trace,
-    quantities,
+    ContactSet, Doubt, Ended, Errors, Iteration, Problem, doubt, load_has_no_trace, quantities,
 };
 use faceoff_fem::known::Truth;
 use faceoff_fem::linear::Choice;
@@ -368,21 +367,8 @@ pub fn solve<'a>(
     let mut page: Vec<Block> = warnings.into_iter().flatten().map(Block::text).collect();
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
     page.push(Block::Html(Box::new(move || {
-        let put = [html::Put::new(&a.engine, &case.problem, u, None)];
-        let fields = [face_fields(&case.problem, u, &a.engine)];
-        let along = html::Along {
-            problem: &case.problem,
-            fields: &fields,
-            puts: &put,
-            differences: Vec::new(),
-            tolerance: RESIDUAL_TOLERANCE,
-            faulty: Vec::new(),
-        };
-        let drawn = along.figure("");
-        Ok(match drawn == html::Html::default() {
-            true => drawn,
-            false => html::titled(text!("Along Γ_C"), drawn),
-        })
+        let put = html::Put::new(&a.engine, &case.problem, u, None);
+        Ok(html::along_one(put, RESIDUAL_TOLERANCE, false))
     })));
     report.blocks.push(Block::Page(page));
     report.files.push(Box::new(move |folder| {

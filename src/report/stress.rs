@@ -256,11 +256,11 @@ fn numbers(outcome: &StressOutcome) -> Table {
         "extreme" => cell.family,
         "value" => &cell.value,
         "verdict" => word(&cell.verdict),
-        "error" => cell.error.map(two),
-        "ratio" => ratio(cell).map(two),
+        "error" => cell.error.map(Cell::size),
+        "ratio" => ratio(cell).map(Cell::size),
         "steps" => cell.steps,
-        "residual" => cell.residual.map(two),
-        "condition" => cell.condition.map(two),
+        "residual" => cell.residual.map(Cell::size),
+        "condition" => cell.condition.map(Cell::size),
         "digits" => digits(cell),
     )
 }
@@ -268,11 +268,6 @@ fn numbers(outcome: &StressOutcome) -> Table {
 /// Whole digits; where the first differs already, none.
 fn agreeing(digits: f64) -> f64 {
     digits.floor().max(0.0)
-}
-
-/// Two digits.
-fn two(value: f64) -> Cell {
-    Cell::number(value, number(value, 2))
 }
 
 fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> String) -> Table {
@@ -284,7 +279,7 @@ fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> Strin
         row.extend(methods.iter().map(|method| Cell::from(cell(method))));
         row
     });
-    Table::new("", &head).with(rows)
+    Table::new("", head).with(rows)
 }
 
 /// Each sentence once, with the places where it was said.

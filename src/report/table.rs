@@ -2,7 +2,7 @@
 
 use super::html::{Dot, DotAxis, Html};
 use super::model::{short, word};
-use crate::text::number::whole;
+use crate::text::number::{size, whole};
 use crate::text::{Text, at_least, at_most};
 use faceoff_judge::Verdict;
 
@@ -139,6 +139,11 @@ impl Cell {
             shown: shown.into(),
             ..Cell::default()
         }
+    }
+
+    /// With two digits: what differences, residuals and tolerances have.
+    pub fn size(value: f64) -> Self {
+        Cell::number(value, size(value))
     }
 
     /// With so many digits after the point.

@@ -433,7 +433,11 @@ impl Chart {
                     continue;
                 }
                 let at = [x.at(point.at[0]), y.at(point.at[1])];
-                let step = if way.is_empty() || point.is_apart { 'M' } else { 'L' };
+                let step = if way.is_empty() || point.is_apart {
+                    'M'
+                } else {
+                    'L'
+                };
                 let _ = write!(path, "{step}{:.1} {:.1}", at[0], at[1]);
                 way.push(at);
                 if let Some([from, to]) = point.spread.map(|s| s.map(|v| x.at(v)))

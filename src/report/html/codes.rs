@@ -104,7 +104,7 @@ impl<'a> Codes<'a> {
             ("opt", "version") => &most.version,
             ("w", "solves") => solves(&of),
             Column::of_dots(&in_each, &self.axis) => Cell::dots(&self.axis, &dots(class, &of), most.residual),
-            ("n", "largest") => Cell::number(most.residual, size(most.residual)),
+            ("n", "largest") => Cell::size(most.residual),
             ("opt w", "in") => case.label(),
             ("n opt", "steps") => steps(&of),
             ("n opt", "time") => seconds(&of),
@@ -202,7 +202,7 @@ impl<'a> Codes<'a> {
         };
         let difference = |case: &CaseOutcome| match case.pairs.is_empty() {
             true => Cell::from("–"),
-            false => Cell::number(apart(case), size(apart(case))),
+            false => Cell::size(apart(case)),
         };
         let mut column = Column::of_dots("", &self.axis);
         column.more = Html::from([key(self.names.iter().copied()), column.more]);
@@ -260,7 +260,6 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
         let worst = f.worst.as_ref();
         worst.map(|w| Cell::number(of(w), number(of(w), 4)))
     };
-    let of_size = |value: f64| Cell::number(value, size(value));
     let pairs = pairs(case);
     let rows = || {
         pairs
@@ -270,10 +269,10 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
     let all = model::table!("", rows(), |(pair, f)|
         ("w", "pair") => pair.name(),
         ("w", "field") => &f.field,
-        ("n", "largest |a − b|") => of_size(f.max_abs),
-        ("n", "relative") => of_size(f.max_rel),
-        ("n", "tolerance") => of_size(f.tolerance),
-        ("n opt", "rms") => of_size(f.rms),
+        ("n", "largest |a − b|") => Cell::size(f.max_abs),
+        ("n", "relative") => Cell::size(f.max_rel),
+        ("n", "tolerance") => Cell::size(f.tolerance),
+        ("n opt", "rms") => Cell::size(f.rms),
         ("n", "faces beyond") => beyond(f),
         ("w", "worst face") => worst_of(f),
         ("n", "a there") => value(f, |w| w.a),
@@ -304,7 +303,7 @@ pub(in crate::report) fn tried(explanations: &[Explanation], limit: f64) -> Html
         let of = model::table!("", all, |of|
             ("", "what would have to be so") => &of.what,
             Column::of_dots("residual with it", &axis) => Cell::dots(&axis, &[dot(of)], of.left),
-            ("n", "left") => Cell::number(of.left, size(of.left)),
+            ("n", "left") => Cell::size(of.left),
             ("w opt", "found") => if of.accounts { "explains it" } else { "does not" },
         );
         table(&of.setting_off(all.iter().map(|of| of.accounts)))

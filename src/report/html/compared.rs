@@ -49,19 +49,18 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
         };
         Cell::number(f.beyond as f64, words)
     };
-    let of_size = |value: f64| Cell::number(value, size(value));
     let all = model::table!("", fields, |of|
         ("w", "field") => &of.field.field,
         ("opt", "on") => format!("{:?}", of.on).to_lowercase(),
         ("n opt", "values") => of.field.faces,
         Column::of_dots("largest |a − b|, relative", &axis) => strip(&of.field),
-        ("n", "relative") => of_size(of.field.max_rel),
-        ("n", "largest |a − b|") => of_size(of.field.max_abs),
+        ("n", "relative") => Cell::size(of.field.max_rel),
+        ("n", "largest |a − b|") => Cell::size(of.field.max_abs),
         ("n opt", "in L²") => norm(of.norms.map(|n| (n.l2, n.l2_scale))),
         ("n opt", "in H¹") => norm(of.norms.and_then(|n| n.h1.zip(n.h1_scale))),
         ("n opt", "scale") => of.scale.map_or("–".into(), Cell::from),
-        ("n opt", "rtol") => of_size(of.rtol),
-        ("n opt", "atol") => of_size(of.atol),
+        ("n opt", "rtol") => Cell::size(of.rtol),
+        ("n opt", "atol") => Cell::size(of.atol),
         ("n opt", "beyond") => beyond(&of.field),
         ("w opt", "worst") => worst_of(&of.field),
         ("", "verdict") => Cell::because(of.field.verdict, of.field.reason.as_deref()),
@@ -75,7 +74,7 @@ fn norm(of: Option<(f64, f64)>) -> Cell {
         return "–".into();
     };
     let relative = if norm == 0.0 { 0.0 } else { norm / scale };
-    Cell::number(relative, size(relative))
+    Cell::size(relative)
 }
 
 /// A field of two files with what there is of it on the mesh of the first.

@@ -34,7 +34,7 @@ use super::folder::names;
 use super::model::{Block, Figure, Report, word as word_of};
 use super::provenance::{Provenance, provenance};
 use crate::text::Text;
-pub(super) use along::Along;
+pub(super) use along::along_one;
 pub(super) use axis::{Axis as DotAxis, Dot};
 pub(super) use chart::{Axis, COLOURS, Chart, Line, Point, Slope, chart_figure, charts};
 pub(super) use codes::{tolerances, tried};
@@ -254,7 +254,7 @@ pub(super) fn known(of: &[(Text, Text)]) -> Html {
 }
 
 /// A part with a heading.
-pub(super) fn titled(words: impl Into<Text>, part: Html) -> Html {
+fn titled(words: impl Into<Text>, part: Html) -> Html {
     Html::from([element("h2", &[], prose(words)), part])
 }
 

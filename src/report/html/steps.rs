@@ -90,7 +90,11 @@ fn chart(all: &Comparisons, tracks: &[Track]) -> Chart {
     let tolerances: Vec<f64> = tolerances.collect();
     let ends = values().filter(drawable).chain(tolerances.iter().copied());
     let ends = ends.fold((f64::INFINITY, 0.0), |(l, h), v| (v.min(l), v.max(h)));
-    let (low, high) = if ends.0.is_finite() { ends } else { (1e-16, 1e-15) };
+    let (low, high) = if ends.0.is_finite() {
+        ends
+    } else {
+        (1e-16, 1e-15)
+    };
     // What is equal to the last bit has a place of its own below the rest, what is not a finite number one above.
     let equal = 10f64.powf(low.log10().floor().max(-18.0) - 1.0);
     let height = |value: f64| match value {
@@ -102,7 +106,9 @@ fn chart(all: &Comparisons, tracks: &[Track]) -> Chart {
         let mut before = None;
         let points = track.values.iter().map(|(k, value, verdict)| {
             // What lies on the other side of a gap is not joined.
-            let is_next = before.replace(*k).is_some_and(|before: usize| before + 1 == *k);
+            let is_next = before
+                .replace(*k)
+                .is_some_and(|before: usize| before + 1 == *k);
             let (title, name) = (all.parts[*k].title(), &track.of.field.field);
             Point {
                 is_bad: !verdict.passes(),
