@@ -1,6 +1,6 @@
 //! Sentences as values: what stands out in them, what one would type, and numbers with their digits.
 //!
-//! A sentence is made once, by [`text!`]. Programs get it as plain words ([`Text`]'s `Display`), pages make their own of its spans.
+//! A sentence is made once, by `text!`. Programs get it as plain words ([`Text`]'s `Display`), pages make their own of its spans.
 //! Nothing looks for anything in the words.
 
 pub mod number;
@@ -203,7 +203,7 @@ impl Text {
         Text(spans.map(plain).collect())
     }
 
-    /// What [`text!`] calls.
+    /// What `text!` calls.
     pub(crate) fn filled<const N: usize>(template: &str, values: [Text; N]) -> Self {
         let (mut text, mut values, mut is_strong) = (Text::default(), values.into_iter(), false);
         for (k, part) in template.split('`').enumerate() {
