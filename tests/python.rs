@@ -99,7 +99,7 @@ fn wheel() -> PathBuf {
     let wheels = source("target/python/wheels");
     let _ = std::fs::remove_dir_all(&wheels);
     run(Command::new(&python)
-        // With it, which tells how long each test takes, all would be compiled again.
+        // tests/run sets it to print times; with it cargo would compile everything again.
         .env_remove("RUSTC_BOOTSTRAP")
         .args(["-m", "maturin", "build", "--profile", "dev", "--out"])
         .arg(&wheels)

@@ -1,20 +1,20 @@
 //! Loops on all cores.
 //!
-//! The scheduler calls tasks through a reference to a closure, so that the compiler makes one copy of it in all: a parallel iterator of
-//! rayon makes a dozen functions for each loop and each type of number. What a task does itself is compiled as usual; so a task is to be
-//! much work beside one indirect call.
+//! Every loop goes through one function that takes its task by reference, so the scheduler is compiled once; a parallel iterator of
+//! rayon compiles a dozen functions for each loop and type. The price is one indirect call and one lock per task, so a task should be
+//! much more work than that.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-/// Tasks for each core, so that none waits long for the last.
+/// Tasks per core: enough that no core waits long for the last.
 const TASKS: usize = 16;
-/// Values that one task updates.
+/// Values per task of [`update`].
 const CHUNK: usize = 1 << 13;
 
-/// What `task` makes of each item, in their order; a task for each item.
+/// Applies `task` to every item, one task per item, and returns the results in the order of the items.
 ///
 /// ```
 /// let mut squares = [0; 5];
@@ -43,7 +43,16 @@ pub fn map<I: Send, T: Send>(
     made.flatten().collect()
 }
 
-/// [`map`] with `scratch` that tasks use one after the other.
+/// Like [`map`], with scratch memory that a finished task passes on to a later one; at most one per core is made.
+///
+/// ```
+/// let lengths = faceoff_mesh::parallel::map_with(String::new, [1, 2, 3], |text, k| {
+///     text.clear();
+///     text.extend(std::iter::repeat_n('x', k));
+///     text.len()
+/// });
+/// assert_eq!(lengths, [1, 2, 3]);
+/// ```
 pub fn map_with<S: Send, I: Send, T: Send>(
     scratch: impl Fn() -> S + Sync,
     items: impl IntoIterator<Item = I>,
@@ -60,7 +69,7 @@ pub fn map_with<S: Send, I: Send, T: Send>(
     })
 }
 
-/// The values of `of` at 0, 1, …, `count` - 1; a task makes many.
+/// Returns `of(0)`, `of(1)`, …, `of(count - 1)`, many per task.
 ///
 /// ```
 /// assert_eq!(faceoff_mesh::parallel::collect(4, |k| k * k), [0, 1, 4, 9]);
@@ -69,12 +78,12 @@ pub fn collect<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> 
     chunks(count, share(count), |chunk| chunk.map(&of).collect())
 }
 
-/// How many of `count` like things a task is to do.
+/// The number of items per task that keeps all cores busy with `count` items of equal work; at least 1.
 pub fn share(count: usize) -> usize {
     count.div_ceil(TASKS * rayon::current_num_threads()).max(1)
 }
 
-/// What `of` makes of each `size` of 0, 1, …, `count` - 1, one after the other; a task for each chunk.
+/// Applies `of` to consecutive ranges of `size` indices below `count`, one task per range, and joins the results in order.
 ///
 /// ```
 /// let odd = |chunk: std::ops::Range<usize>| chunk.filter(|k| k % 2 == 1).collect();
@@ -85,6 +94,7 @@ pub fn chunks<T: Send>(
     size: usize,
     of: impl Fn(Range<usize>) -> Vec<T> + Sync,
 ) -> Vec<T> {
+    let size = size.max(1);
     let firsts = (0..count).step_by(size);
     let made = map(firsts, |first| of(first..count.min(first + size)));
     let mut all = Vec::with_capacity(made.iter().map(Vec::len).sum());
@@ -92,7 +102,7 @@ pub fn chunks<T: Send>(
     all
 }
 
-/// Makes of each value what `of` is at its place, from what it was.
+/// Replaces every value v, at place k, by `of(k, v)`.
 ///
 /// ```
 /// let mut values = [1, 1, 1];
