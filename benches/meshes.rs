@@ -1,7 +1,7 @@
 //! Reading and writing a million cells beside Gmsh, meshio and VTK, in one run.
 //!
-//! `FACEOFF_READERS=target/readers/bin/python3 cargo bench --bench meshes` (`tests/run` makes that environment); words after
-//! `--` choose the files with such words in their names, as `-- med xdmf`.
+//! `cargo bench --bench meshes` (`tests/run` makes the environment with the others); words after `--`
+//! choose the files with such words in their names, as `-- med xdmf`.
 //! Times are of the work alone, without the start of an interpreter: the best of those of a second, in milliseconds; what is written
 //! is written where no file is. Programs do different work in them: faceoff checks every number and has the groups; meshio
 //! hands out the arrays of HDF5 files as they are (MED, XDMF) and reads no group of XDMF; VTK takes over the arrays of VTP and
@@ -148,10 +148,7 @@ fn others(python: &Path, files: &[PathBuf]) -> BTreeMap<String, BTreeMap<String,
 }
 
 fn main() {
-    let python = std::env::var_os("FACEOFF_READERS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("target/readers/bin/python3"),
-        PathBuf::from,
-    );
+    let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/python/bin/python3");
     let folder = tempfile::tempdir().expect("a folder");
     let chosen: Vec<String> = std::env::args()
         .skip(1)

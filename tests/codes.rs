@@ -38,6 +38,8 @@ fn two_ranks_agree_with_one_process() {
     let words = [
         "one-zone",
         "one-zone-3d",
+        "--n",
+        "4",
         "--engines",
         &engines,
         "--ranks",
@@ -61,16 +63,12 @@ fn more_ranks_than_cores_and_other_launchers() {
     let folder = folder();
     let engine = before_it_begins(folder.path(), "assert comm.size == 3, comm.size");
     let engines = format!("rust,{engine}");
-    let of = [
-        "one-zone",
-        "plate",
-        "--methods",
-        "cr,cr-fc",
-        "--engines",
-        &engines,
-    ];
-    for how in [["--ranks", "3"], ["--launcher", "mpirun -n 3"]] {
-        let ran = verify(folder.path(), &[&of[..], &how].concat());
+    let of = ["--n", "4", "--engines", &engines];
+    for how in [
+        ["one-zone", "--methods", "cr,cr-fc", "--ranks", "3"],
+        ["plate", "--methods", "cr", "--launcher", "mpirun -n 3"],
+    ] {
+        let ran = verify(folder.path(), &[&how[..], &of].concat());
         assert_eq!(ran.code, Some(0), "{how:?}: {}{}", ran.stdout, ran.stderr);
     }
     // A launcher of another MPI starts processes that are each alone.
@@ -302,7 +300,7 @@ fn a_code_that_does_not_run_is_said_once() {
 
 /// The engine files of the repository's further codes, whose Python must be there.
 fn further_codes() -> [String; 3] {
-    let python = source("target/engines/bin/python3");
+    let python = source("target/python/bin/python3");
     assert!(
         python.is_file(),
         "no {}: use tests/run, or see tests/engines/README.md",

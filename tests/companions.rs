@@ -210,8 +210,7 @@ fn the_fixed_point_takes_as_many_steps_in_each_code() {
 fn each_reads_the_original_mesh_by_its_own_reader() {
     let folder = folder();
     let at = folder.path();
-    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = python.unwrap_or_else(|| source("target/readers/bin/python3"));
+    let python = source("target/python/bin/python3");
     let script = "import gmsh\ngmsh.initialize()\ngmsh.option.setNumber('General.Terminal', 0)\nm = gmsh.model\n\
                   p = [m.geo.addPoint(x, y, 0, 0.11) for x, y in [(0, 0), (1, 0), (1, 1), (0, 1)]]\n\
                   l = [m.geo.addLine(p[i], p[(i + 1) % 4]) for i in range(4)]\n\

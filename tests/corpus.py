@@ -1,7 +1,7 @@
 """Holds our reader against VTK, meshio and Gmsh on a folder of files; run by hand:
 
     cargo build -p faceoff-mesh --example inspect
-    target/readers/bin/python3 tests/corpus.py FOLDER [--manifest FILES.csv] [--kinds vtk,vtu] [--only WORD]
+    target/python/bin/python3 tests/corpus.py FOLDER [--manifest FILES.csv] [--kinds vtk,vtu] [--only WORD]
         [--inspect target/debug/examples/inspect] [--readers vtk,meshio,gmsh] [--seconds 60] [--megabytes 4096]
 
 Each reader has a process, a time and a memory of its own for each file. What is compared: the number of points, the

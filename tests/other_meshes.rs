@@ -25,8 +25,7 @@ fn dolfinx() -> PathBuf {
 }
 
 fn readers() -> PathBuf {
-    let named = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    named.unwrap_or_else(|| source("target/readers/bin/python3"))
+    source("target/python/bin/python3")
 }
 
 fn field<'a>(told: &'a Value, name: &str) -> &'a Value {

@@ -1,12 +1,14 @@
 //! The Python package: its wheel is built and installed into environments of their own, where its tests run: with scikit-fem
 //! alone, with Debian's dolfinx and GetFEM, and with what else is on PyPI.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::common::source;
 
-/// An environment: its name, whether it sees Debian's packages, what is installed into it, and the tests that it runs.
+/// An environment: its folder below `target`, whether it sees Debian's packages, what is installed into it, and the tests that
+/// it runs. One is that of `tests/requirements.txt`, which `tests/run` makes.
 type Environment = (
     &'static str,
     bool,
@@ -16,15 +18,15 @@ type Environment = (
 
 const ENVIRONMENTS: [Environment; 3] = [
     (
-        "skfem",
+        "python-skfem",
         false,
-        &["scikit-fem"],
+        &["pytest", "scikit-fem"],
         &["test_skfem.py", "test_every_dof.py", "test_docs.py"],
     ),
     (
-        "debian",
+        "python-debian",
         true,
-        &["nbclient", "ipykernel"],
+        &["pytest", "nbclient", "ipykernel"],
         &[
             "test_dolfinx.py",
             "test_getfem.py",
@@ -34,17 +36,9 @@ const ENVIRONMENTS: [Environment; 3] = [
         ],
     ),
     (
-        "others",
+        "python",
         false,
-        &[
-            "ngsolve",
-            "meshio",
-            "pyvista",
-            "pandas",
-            "polars",
-            "pytest-xdist",
-            "mypy",
-        ],
+        &[],
         &[
             "test_compare.py",
             "test_program.py",
@@ -70,35 +64,39 @@ fn run(command: &mut Command) {
     );
 }
 
+fn pip(python: &Path) -> Command {
+    let mut pip = Command::new(python);
+    pip.args(["-m", "pip", "--quiet", "--disable-pip-version-check"]);
+    pip
+}
+
+/// The Python of an environment, which is made where it is not there or where its packages have changed.
 fn environment(name: &str, debian: bool, packages: &[&str]) -> PathBuf {
-    // A name that no package has, since Python looks for packages beside it.
-    let folder = source("target/python").join(format!("of-{name}"));
+    let folder = source("target").join(name);
+    let python = folder.join("bin/python3");
+    let (of, wanted) = (folder.join("packages.txt"), packages.join("\n"));
+    if packages.is_empty() || fs::read_to_string(&of).is_ok_and(|has| has == wanted) {
+        return python;
+    }
     let mut venv = Command::new("/usr/bin/python3");
     venv.args(["-m", "venv", "--clear"]);
     if debian {
         venv.arg("--system-site-packages");
     }
     run(venv.arg(&folder));
-    let python = folder.join("bin/python3");
-    let install = [
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        // Most modules of VTK and NGSolve are never imported.
-        "--no-compile",
-    ];
-    run(Command::new(&python).args(install).args(packages));
+    // Most modules are never imported.
+    run(pip(&python)
+        .args(["install", "--no-compile"])
+        .args(packages));
+    fs::write(of, wanted).expect("the list is kept");
     python
 }
 
 /// Of the profile that the tests have, so that its crates are built once.
 fn wheel() -> PathBuf {
-    let python = environment("tools", false, &["maturin"]);
-    let wheels = source("target/python/wheels");
-    let _ = std::fs::remove_dir_all(&wheels);
-    run(Command::new(&python)
+    let wheels = source("target/wheels");
+    let _ = fs::remove_dir_all(&wheels);
+    run(Command::new(source("target/python/bin/python3"))
         // tests/run sets it to print times; with it cargo would compile everything again.
         .env_remove("RUSTC_BOOTSTRAP")
         .args(["-m", "maturin", "build", "--profile", "dev", "--out"])
@@ -112,17 +110,21 @@ fn wheel() -> PathBuf {
 #[test]
 fn the_wheel_installs_into_clean_environments_and_passes_its_tests() {
     let wheel = wheel();
-    let wheel = wheel.to_str().expect("plain letters");
+    let wheels = wheel.parent().expect("the folder of wheels");
     std::thread::scope(|scope| {
         for (name, debian, packages, tests) in ENVIRONMENTS {
+            let wheel = &wheel;
             scope.spawn(move || {
-                let packages = [packages, &["pytest", wheel]].concat();
-                let python = environment(name, debian, &packages);
+                let python = environment(name, debian, packages);
+                // A wheel with the number of the one before would be thought installed.
+                run(pip(&python).args(["uninstall", "--yes", "faceoff-fem"]));
+                run(pip(&python).arg("install").arg(wheel));
                 let folder = source("python/tests");
+                // Elsewhere, since Python looks for packages beside what it runs.
                 run(Command::new(python)
                     .args(["-m", "pytest", "-q", "-p", "no:cacheprovider"])
                     .args(tests.iter().map(|test| folder.join(test)))
-                    .current_dir(Path::new(&source("target/python"))));
+                    .current_dir(wheels));
             });
         }
     });

@@ -1,7 +1,7 @@
 //! Meshes from one format to another through the program, read back by programs that share nothing with it: Gmsh,
 //! meshio, VTK, FreeFEM and dolfinx see the same points to the last bit, cells, groups and names.
 //!
-//! `FACEOFF_READERS` names a Python with gmsh, meshio and vtk; `tests/run` makes one and sets it.
+//! `tests/run` makes the Python with gmsh, meshio and vtk.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,8 +13,7 @@ use faceoff_mesh::mesh::{CellKind, Mesh, Support, Values};
 use serde_json::Value;
 
 fn readers() -> PathBuf {
-    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = python.unwrap_or_else(|| source("target/readers/bin/python3"));
+    let python = source("target/python/bin/python3");
     assert!(
         python.exists(),
         "{} is not there: run tests/run",

@@ -1,6 +1,6 @@
 //! What people look at and what pipelines read: the page in a real browser, JUnit and JSON against their schemas.
 //!
-//! `FACEOFF_READERS` names a Python with jsonschema and lxml, and Chromium must be there; `tests/run` sees to both.
+//! `tests/run` installs Chromium and makes the Python with jsonschema and lxml.
 
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,7 @@
 """Writes each file of a folder in each format, and holds what other programs and we read from that against the original; run by hand:
 
     cargo build -p faceoff-mesh --example inspect
-    target/readers/bin/python3 tests/round_trips.py FOLDER [--kinds msh,vtu] [--only WORD] [--formats vtu,msh] [--jobs 2]
+    target/python/bin/python3 tests/round_trips.py FOLDER [--kinds msh,vtu] [--only WORD] [--formats vtu,msh] [--jobs 2]
         [--inspect target/debug/examples/inspect] [--seconds 60] [--megabytes 4096]
 
 VTK reads VTU, legacy VTK, VTKHDF and XDMF, Gmsh MSH, MED, Medit and UNV, VTK and Gmsh CGNS, netCDF4 Exodus, meshio Abaqus and

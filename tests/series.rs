@@ -388,8 +388,7 @@ for name, off in [("a.e", 0), ("b.e", 0.5)]:
             many["vals_nod_var1"][k] = (k + 1) * first + (off if k == 2 else 0)
 "#;
     let script = write(at, "write.py", script);
-    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = python.unwrap_or_else(|| source("target/readers/bin/python3"));
+    let python = source("target/python/bin/python3");
     let ran = told(
         Command::new(&python)
             .arg(script)

@@ -152,8 +152,7 @@ for name, path, scale in [(f"{n}.{s}", p, k) for s, p in [
 
 #[test]
 fn links_out_of_a_file_are_unread_and_name_their_targets() {
-    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = python.unwrap_or_else(|| source("target/readers/bin/python3"));
+    let python = source("target/python/bin/python3");
     for (kind, target) in [("external", "-data.h5"), ("soft", "/nowhere")] {
         let folder = folder();
         let at = folder.path();

@@ -1,5 +1,4 @@
-//! VTK's own reader on what is written here. `FACEOFF_READERS` names a Python with the package `vtk`; `tests/run`
-//! makes one and sets it.
+//! VTK's own reader on what is written here. `tests/run` makes the Python with the package `vtk`.
 
 use faceoff_mesh::field::{GlobalArray, data::same_bits};
 use faceoff_mesh::io::{
@@ -138,10 +137,7 @@ fn vtkio_reads_the_same() {
 
 #[test]
 fn vtk_reads_the_same() {
-    let python = std::env::var_os("FACEOFF_READERS").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("target/readers/bin/python3"),
-        PathBuf::from,
-    );
+    let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/python/bin/python3");
     assert!(
         python.exists(),
         "{} is not there: run tests/run",

@@ -91,8 +91,7 @@ pub fn assert_valid(kind: &str, schema: &str, file: &Path) {
 
 /// What the validator says of a file: exit code 0, or 1 and why.
 pub fn validated(kind: &str, schema: &str, file: &Path) -> Ran {
-    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = python.unwrap_or_else(|| source("target/readers/bin/python3"));
+    let python = source("target/python/bin/python3");
     told(
         Command::new(python)
             .arg(source("tests/schemas.py"))

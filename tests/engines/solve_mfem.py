@@ -7,7 +7,7 @@ In the notation of fenicsx/nitsche.py, where the scheme is explained: find u in 
 where λ = ∂ₙu or, corrected by the load, ∂ₙu - L(φ_F)/|F|. MFEM assembles (∇u, ∇v) and (f, v); what is done on the
 boundary is put together here from its shape functions. In space it has no Crouzeix-Raviart.
 
-To install, in the repository:  python3 -m venv target/engines && target/engines/bin/pip install mfem scipy
+To install, in the repository:  python3 -m venv target/python && target/python/bin/pip install mfem scipy
 """
 
 import math

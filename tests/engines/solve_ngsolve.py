@@ -7,7 +7,7 @@ In the notation of fenicsx/nitsche.py, where the scheme is explained: find u in 
 where λ = ∂ₙu or, corrected by the load, ∂ₙu - L(φ_F)/|F|. NGSolve derives the Newton matrix, with 1 where P > 0 as
 derivative of [P]₊.
 
-To install, in the repository:  python3 -m venv target/engines && target/engines/bin/pip install ngsolve
+To install, in the repository:  python3 -m venv target/python && target/python/bin/pip install ngsolve
 """
 
 import math

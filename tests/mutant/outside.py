@@ -176,7 +176,7 @@ def test_recorded_right(faceoff_regression):
 
 def python():
     """An interpreter that has the package."""
-    for path in (os.environ.get("FACEOFF_FEM_PYTHON"), SOURCE / "target/python/of-others/bin/python3"):
+    for path in (os.environ.get("FACEOFF_FEM_PYTHON"), SOURCE / "target/python/bin/python3"):
         command = [path, "-c", "import faceoff_fem, pytest"]
         if path and Path(path).exists() and subprocess.run(command, capture_output=True, check=False).returncode == 0:
             return path

@@ -1,6 +1,6 @@
 //! Meshes that Gmsh and meshio write in formats of text: the same cells, node by node. The shape of cells as VTK measures it.
 //!
-//! `FACEOFF_READERS` names a Python with gmsh and meshio; `tests/run` makes one and sets it.
+//! `tests/run` makes the Python with gmsh and meshio.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
@@ -40,8 +40,7 @@ fn unordered(cells: &mut [String]) {
 #[test]
 fn gmsh_and_meshio_mean_the_same_cells() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = python.unwrap_or_else(|| root.join("../../target/readers/bin/python3"));
+    let python = root.join("../../target/python/bin/python3");
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(&python);
     command
@@ -103,8 +102,7 @@ fn gmsh_and_meshio_mean_the_same_cells() {
 #[test]
 fn vtk_measures_the_same_shapes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let python = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = python.unwrap_or_else(|| root.join("../../target/readers/bin/python3"));
+    let python = root.join("../../target/python/bin/python3");
     let folder = tempfile::tempdir().unwrap();
     let cube = [
         [0.0, 0.0, 0.0],

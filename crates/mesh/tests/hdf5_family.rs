@@ -1,5 +1,5 @@
-//! What meshio, Gmsh, netCDF4 and VTK write on HDF5 and netCDF is read, and they read what is written here. `FACEOFF_READERS`
-//! names a Python with these; `tests/run` makes one and sets it.
+//! What meshio, Gmsh, netCDF4 and VTK write on HDF5 and netCDF is read, and they read what is written here. `tests/run`
+//! makes the Python with these.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,8 +11,7 @@ use serde_json::Value;
 
 fn python(words: &[&str]) -> Value {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let named = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = named.unwrap_or_else(|| root.join("target/readers/bin/python3"));
+    let python = root.join("target/python/bin/python3");
     let script = root.join("tests/hdf5_family.py");
     let ran = Command::new(&python).arg(script).args(words).output();
     let ran = ran.unwrap_or_else(|error| panic!("{}: {error}: run tests/run", python.display()));

@@ -1,5 +1,5 @@
-//! VTK's files of all kinds, and VTK and Gmsh on the order of nodes. `FACEOFF_READERS` names a Python with vtk and gmsh;
-//! `tests/run` makes one and sets it.
+//! VTK's files of all kinds, and VTK and Gmsh on the order of nodes. `tests/run` makes the Python with vtk
+//! and gmsh.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,8 +15,7 @@ use serde_json::Value;
 
 fn python(words: &[&str]) -> Value {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let named = std::env::var_os("FACEOFF_READERS").map(PathBuf::from);
-    let python = named.unwrap_or_else(|| root.join("target/readers/bin/python3"));
+    let python = root.join("target/python/bin/python3");
     let script = root.join("tests/vtk_family.py");
     let ran = Command::new(&python).arg(script).args(words).output();
     let ran = ran.unwrap_or_else(|error| panic!("{}: {error}: run tests/run", python.display()));
