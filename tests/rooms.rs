@@ -1,14 +1,14 @@
 //! Imports point one way: between the crates, and between the rooms of the program, which are the folders of `src/`.
 //! Every `use` and every path in the code is resolved and held against a table; tests in `src/` are code like any other.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use proc_macro2::{TokenStream, TokenTree};
 use serde_json::Value;
 use syn::visit::{self, Visit};
-use syn::{Attribute, ItemExternCrate, ItemMod, ItemUse, Macro, Meta, UseTree};
+use syn::{Attribute, ItemExternCrate, ItemMod, ItemUse, Macro, Meta, UseTree, Visibility};
 
 use crate::common::source;
 
@@ -44,6 +44,8 @@ const CRATES: [(&str, &[&str]); 4] = [
 struct Reader {
     /// The module that is being read, from the root of the crate on.
     module: Vec<String>,
+    /// Names that begin with no root are those of the module, and tests and what is only handed on count for nothing.
+    within: bool,
     /// Paths from the root on. An empty one is the root itself, under which every room can be reached.
     used: BTreeSet<Vec<String>>,
 }
@@ -76,7 +78,7 @@ impl Reader {
                 }
             }
             // In the root, rooms are known without `crate`.
-            _ if found.is_empty() => {}
+            _ if found.is_empty() || self.within => {}
             _ => return None,
         }
         found.extend_from_slice(rest);
@@ -172,12 +174,18 @@ impl<'ast> Visit<'ast> for Reader {
             "{}: its file must stand where its name says",
             item.ident
         );
+        if self.within && is_test(&item.attrs) {
+            return;
+        }
         self.module.push(item.ident.to_string());
         visit::visit_item_mod(self, item);
         self.module.pop();
     }
 
     fn visit_item_use(&mut self, item: &'ast ItemUse) {
+        if self.within && !matches!(item.vis, Visibility::Inherited) {
+            return;
+        }
         item.attrs.iter().for_each(|a| self.visit_attribute(a));
         self.tree(&item.tree, Vec::new());
     }
@@ -203,6 +211,11 @@ impl<'ast> Visit<'ast> for Reader {
             self.tokens(list.tokens.clone());
         }
     }
+}
+
+fn is_test(attributes: &[Attribute]) -> bool {
+    let mut lists = attributes.iter().filter_map(|a| a.meta.require_list().ok());
+    lists.any(|list| list.path.is_ident("cfg") && list.tokens.to_string() == "test")
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -264,6 +277,149 @@ fn imports_between_rooms_point_one_way() {
         faults.extend(below.map(|name| format!("{name} does not stand above {room}")));
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The files of a crate by module, and which uses which. A module that contains the file is not counted: it declares the file.
+struct Files {
+    names: BTreeMap<Vec<String>, String>,
+    handed: BTreeMap<Vec<String>, BTreeMap<String, Vec<String>>>,
+    uses: BTreeMap<Vec<String>, BTreeSet<Vec<String>>>,
+}
+
+impl Files {
+    fn new(texts: &BTreeMap<PathBuf, String>) -> Self {
+        let mut all = Files {
+            names: BTreeMap::new(),
+            handed: BTreeMap::new(),
+            uses: BTreeMap::new(),
+        };
+        let mut used = BTreeMap::new();
+        for (file, text) in texts {
+            let module = module(file);
+            let mut reader = Reader {
+                module: module.clone(),
+                within: true,
+                ..Reader::default()
+            };
+            let parsed = syn::parse_file(text).expect("it compiles");
+            let handed = parsed.items.iter().filter_map(|item| match item {
+                syn::Item::Use(item) => Some(item),
+                _ => None,
+            });
+            let mut by_name = BTreeMap::new();
+            for item in handed {
+                reader.used.clear();
+                reader.tree(&item.tree, Vec::new());
+                let of = |path: &Vec<String>| Some((path.last()?.clone(), path.clone()));
+                by_name.extend(reader.used.iter().filter_map(of));
+            }
+            reader.used.clear();
+            reader.visit_file(&parsed);
+            used.insert(module.clone(), reader.used);
+            all.handed.insert(module.clone(), by_name);
+            all.names.insert(module, file.display().to_string());
+        }
+        for (module, used) in used {
+            let owners = used.iter().filter_map(|path| all.owner(path));
+            let others = owners.filter(|owner| !module.starts_with(owner)).collect();
+            all.uses.insert(module, others);
+        }
+        all
+    }
+
+    /// The module that defines what a path names, wherever it is handed on.
+    fn owner(&self, path: &[String]) -> Option<Vec<String>> {
+        let mut path = path.to_vec();
+        for _ in 0..10 {
+            let depth = (0..=path.len()).rev();
+            let depth = depth
+                .into_iter()
+                .find(|k| self.names.contains_key(&path[..*k]))?;
+            let (module, rest) = path.split_at(depth);
+            let next = self.handed[module].get(rest.first()?);
+            match next.filter(|next| **next != path[..=depth]) {
+                Some(next) => path = [next, &rest[1..]].concat(),
+                None => return Some(module.to_vec()),
+            }
+        }
+        None
+    }
+
+    /// Sets of files each of which uses all others of its set, if not at once then through others.
+    fn circles(&self) -> Vec<Vec<&str>> {
+        let reached = |from: &Vec<String>| {
+            let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
+            while let Some(module) = next.pop() {
+                next.extend(self.uses[module].iter().filter(|used| seen.insert(*used)));
+            }
+            seen
+        };
+        let reached: BTreeMap<_, _> = self.names.keys().map(|m| (m, reached(m))).collect();
+        let circle = |module| {
+            let around = reached[module].iter();
+            let around = around.filter(|other| reached[**other].contains(module));
+            around.map(|other| &*self.names[*other]).collect()
+        };
+        let circles: BTreeSet<Vec<&str>> = self.names.keys().map(circle).collect();
+        circles.into_iter().filter(|c| !c.is_empty()).collect()
+    }
+}
+
+/// Two files that use each other are one thought in two places; more are a knot.
+#[test]
+fn no_more_than_two_files_use_each_other() {
+    for home in [
+        "src",
+        "crates/mesh/src",
+        "crates/judge/src",
+        "crates/fem/src",
+    ] {
+        let home = source(home);
+        let texts = files(&home).into_iter().map(|path| {
+            let text = std::fs::read_to_string(&path).unwrap();
+            (path.strip_prefix(&home).unwrap().to_owned(), text)
+        });
+        let is_code = |file: &Path| {
+            let name = file.file_stem().unwrap_or_default().to_string_lossy();
+            name != "main" && !name.ends_with("tests")
+        };
+        let texts: BTreeMap<_, _> = texts.filter(|(file, _)| is_code(file)).collect();
+        assert!(texts.len() > 20, "{home:?}");
+        let files = Files::new(&texts);
+        let knots: Vec<_> = files
+            .circles()
+            .into_iter()
+            .filter(|c| c.len() > 2)
+            .collect();
+        assert!(knots.is_empty(), "{}: {knots:#?}", home.display());
+    }
+}
+
+#[test]
+fn knots_are_seen() {
+    let file = |name: &str, text: &str| (PathBuf::from(name), text.to_owned());
+    let mut texts = BTreeMap::from([
+        file(
+            "lib.rs",
+            "mod a; mod b; pub mod c; pub use b::B; fn f() { a::f() }",
+        ),
+        file("a.rs", "use crate::B; pub fn f(_: B) {}"),
+        file("b.rs", "use crate::c::{self, d::D}; pub struct B(D, c::C);"),
+        file("c/mod.rs", "pub mod d; pub use d::C; pub fn g() {}"),
+        file("c/d.rs", "use super::g; pub struct C; pub struct D;"),
+    ]);
+    assert!(Files::new(&texts).circles().is_empty());
+    let in_test = "#[cfg(test)] mod tests { use crate::a::f; }";
+    texts
+        .get_mut(Path::new("c/d.rs"))
+        .unwrap()
+        .push_str(in_test);
+    assert!(Files::new(&texts).circles().is_empty());
+    texts
+        .get_mut(Path::new("c/d.rs"))
+        .unwrap()
+        .push_str("fn h() { crate::a::f(todo!()) }");
+    assert_eq!(Files::new(&texts).circles(), [["a.rs", "b.rs", "c/d.rs"]]);
 }
 
 #[test]

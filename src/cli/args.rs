@@ -49,6 +49,7 @@ Environment:
 
 /// What a command may take, with all that it starts.
 #[derive(Args)]
+#[command(next_help_heading = "Limits")]
 pub(super) struct Limits {
     /// Longest time that the command may take, as in 90s, 5m or 1h
     #[arg(long, global = true, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
@@ -134,6 +135,7 @@ pub(super) struct Init {
 
 /// Where results go.
 #[derive(Args)]
+#[command(next_help_heading = "Output")]
 pub(super) struct Output {
     /// Write the result as JSON to FILE (`-` for standard output)
     #[arg(long, value_name = "FILE")]
@@ -148,6 +150,7 @@ pub(super) struct Output {
 
 /// What pipelines read of what is judged.
 #[derive(Args)]
+#[command(next_help_heading = "Output")]
 pub(super) struct Verdicts {
     /// Write a JUnit XML file: a case for everything that is judged
     #[arg(long, value_name = "FILE")]
@@ -159,6 +162,7 @@ pub(super) struct Verdicts {
 
 /// What a scene of a stranger may do.
 #[derive(Args)]
+#[command(next_help_heading = "Limits")]
 pub(super) struct Trust {
     /// Let a scene name a mesh outside its own folder
     #[arg(long)]
@@ -256,11 +260,12 @@ impl Command {
 
 /// How engines are run.
 #[derive(Args)]
+#[command(next_help_heading = "Engines")]
 pub(super) struct Running {
     /// Run fenicsx as R processes that share the mesh, by mpirun
     #[arg(long, value_name = "R", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: u32,
-    /// Start the processes of fenicsx by this instead, as in "srun -n 64"; job folders must be on
+    /// Start the processes of fenicsx by this instead, in words as a shell has them, as in "srun -n 64"; job folders must be on
     /// a disk that all see: use --keep
     #[arg(long, value_name = "COMMAND", value_parser = launcher, conflicts_with = "ranks")]
     pub launcher: Option<Words>,

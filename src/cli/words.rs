@@ -30,16 +30,16 @@ pub(super) fn method(text: &str) -> Result<Method, String> {
     text.trim().parse()
 }
 
-/// A command, split at blanks.
+/// A command, in words as a shell has them.
 #[derive(Clone)]
 pub(super) struct Words(pub Vec<String>);
 
 pub(super) fn launcher(text: &str) -> Result<Words, String> {
-    let words: Vec<String> = text.split_whitespace().map(str::to_owned).collect();
-    if words.is_empty() {
-        return Err("it names no program".into());
+    match shlex::split(text) {
+        None => Err("a quotation mark is not closed".into()),
+        Some(words) if words.is_empty() => Err("it names no program".into()),
+        Some(words) => Ok(Words(words)),
     }
-    Ok(Words(words))
 }
 
 /// A positive number of units, so many seconds each.
@@ -138,6 +138,18 @@ pub(super) fn increment(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_launcher_is_split_as_a_shell_does() {
+        let words = |text| launcher(text).map(|words| words.0);
+        let of = Ok(["env", "A=two words", "srun", "-n", "2"]
+            .map(String::from)
+            .to_vec());
+        assert_eq!(words("env 'A=two words' srun -n 2"), of);
+        assert_eq!(words(r"env A=two\ words srun -n 2"), of);
+        assert!(words("env 'A=two").is_err_and(|what| what.contains("not closed")));
+        assert!(words("  ").is_err());
+    }
 
     #[test]
     fn tolerances_of_fields_are_read_from_behind() {

@@ -9,6 +9,7 @@ mod again;
 mod aspect;
 mod candidates;
 mod data;
+mod examine;
 mod gamma;
 mod known;
 mod local;
@@ -24,10 +25,10 @@ use faceoff_fem::contact::Term;
 
 pub use again::{Again, Diagnosis, Ingredient};
 pub use aspect::Aspect;
+pub use examine::examine;
 pub use gamma::FaceGamma;
 pub use order::{elsewhere, order};
 pub use place::Spot;
-pub use search::examine;
 
 /// What is found about a field in a scheme.
 #[derive(Debug, Clone, Serialize)]

@@ -1,9 +1,9 @@
 //! Groups of cells that both files have: do they have the same cells?
 
+use super::comparison::{Comparison, On, Settings};
 use super::keyed::Keyed;
 use super::law::Tolerances;
 use super::parts::Parts;
-use super::results::{Comparison, On, Settings};
 use super::sets::judge_sets;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};

@@ -28,6 +28,7 @@
 mod align;
 mod cells;
 mod column;
+mod comparison;
 mod faces;
 mod groups;
 mod judge;
@@ -43,15 +44,16 @@ mod supermesh;
 mod view;
 
 pub use align::align;
+pub use comparison::{
+    ComparedField, Comparison, Differences, Intersection, MatchBy, Norms, On, Settings,
+};
 pub use judge::{FieldVerdict, Verdict, Worst, judge, judge_conditioned, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, are_identical};
 pub use many::{Comparisons, Part};
 pub use places::{first_at_place, partners};
-pub use results::{
-    ComparedField, Comparison, Differences, MatchBy, On, Settings, at_midpoints, compare_results,
-};
+pub use results::{at_midpoints, compare_results};
 pub use series::{Pairing, Times, interpolate, pair_times};
-pub use supermesh::{Exact, Intersection, Norms, Projection, Size, error_against, project};
+pub use supermesh::{Exact, Projection, Size, error_against, project};
 
 #[cfg(test)]
 mod face_fault_tests;

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 
 use super::align::{Nearness, align_by};
 use super::column::{By, NOWHERE, judge_column, rows_of};
+use super::comparison::{ComparedField, Comparison, Differences, On, Settings};
 use super::keyed::{Keyed, same_length};
 use super::parts::Parts;
-use super::results::{ComparedField, Comparison, Differences, On, Settings};
 use super::view::Column;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;

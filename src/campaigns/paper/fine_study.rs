@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::example::Example;
 use super::fine::{Fine, step_between};
-use super::study::steps_to;
+use super::iterations::steps_to;
 use super::work::{Part, Work};
 use crate::campaigns::orders::Theory;
 use crate::run::Observed;

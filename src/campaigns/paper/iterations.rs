@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
 use super::patterns::{PATTERNS, Pattern};
-use super::study::steps_to;
 use super::{ITERATIONS, MESHES, TOL};
 use faceoff_fem::contact::{
     Discretisation, Iteration, Method, Problem, SPLITTINGS, Splitting, Stop, solve,
@@ -247,4 +246,10 @@ pub fn search(
         near: near.into(),
         nearest,
     }))
+}
+
+/// Counted from 1; none if never.
+pub(super) fn steps_to(tolerance: f64, increments: &[f64]) -> Option<usize> {
+    let first = increments.iter().position(|i| *i < tolerance);
+    first.map(|k| k + 1)
 }

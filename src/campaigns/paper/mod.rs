@@ -9,6 +9,7 @@ mod fine_study;
 mod iterations;
 mod patterns;
 mod reference;
+mod request;
 mod statements;
 mod study;
 mod sweep;
@@ -20,8 +21,9 @@ pub use fine_study::FineOutcome;
 pub use iterations::{CAP, Count, FAR, Search, Trial};
 pub use patterns::Pattern;
 pub use reference::{Known, References};
+pub use request::PaperRequest;
 pub use statements::Statement;
-pub use study::{ExampleOutcome, PaperOutcome, PaperRequest, Series, SeriesLevel, study};
+pub use study::{ExampleOutcome, PaperOutcome, Series, SeriesLevel, study};
 pub use sweep::Variant;
 pub use theory::Theory;
 

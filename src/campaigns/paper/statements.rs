@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use super::iterations::{Count, FAR, Search};
 use super::patterns::Pattern;
-use super::study::{ExampleOutcome, PaperRequest};
+use super::request::PaperRequest;
+use super::study::ExampleOutcome;
 use super::sweep::Variant;
 use super::{FINE, FINE_ITERATIONS, ITERATIONS, MESHES, intervals};
 use crate::run::Observed;

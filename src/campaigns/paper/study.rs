@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::fine::Fine;
 use super::fine_study::{FineOutcome, run_fine};
-use super::iterations::{CAP, Count, Scheme, Search, count, schemes, search};
+use super::iterations::{CAP, Count, Scheme, Search, count, schemes, search, steps_to};
 use super::patterns::PATTERNS;
+use super::request::PaperRequest;
 use super::statements::{Statement, statements};
 use super::sweep::{Variant, sweep};
 use super::theory::{Theory, theory};
@@ -16,20 +17,6 @@ use crate::run::{Answers, Failure, Observed, Runner, check_meshes};
 use faceoff_fem::contact::{Discretisation, Errors, Method, Problem, quantities};
 use faceoff_fem::known::{distance, transitions};
 use faceoff_mesh::error::{Error, Result};
-
-/// What is to be run.
-pub struct PaperRequest {
-    /// 6.1 first.
-    pub examples: Vec<Example>,
-    /// Meshes for CR, rising.
-    pub n: Vec<usize>,
-    /// The mesh of the P2 reference, a multiple of 4: half and a quarter of it are solved as well.
-    pub fine: usize,
-    /// The codes that solve with CR.
-    pub engines: Vec<Box<dyn Engine>>,
-    /// Of every solve.
-    pub settings: Settings,
-}
 
 /// Everything that was found.
 #[derive(Debug, Serialize)]
@@ -228,12 +215,6 @@ fn check(request: &PaperRequest) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-/// Counted from 1; none if never.
-pub(super) fn steps_to(tolerance: f64, increments: &[f64]) -> Option<usize> {
-    let first = increments.iter().position(|i| *i < tolerance);
-    first.map(|k| k + 1)
 }
 
 /// The Rust engine must answer; a companion that does not is a failure in the outcome.

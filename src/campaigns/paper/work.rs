@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use super::iterations::schemes;
-use super::study::PaperRequest;
+use super::request::PaperRequest;
 use crate::engine::{Case, Progress, lock};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;

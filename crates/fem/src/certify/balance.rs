@@ -21,7 +21,7 @@
 //! there, as div(λ_i λ_j (x_i - x_j)) = λ_j - λ_i, without a normal trace on its boundary. The wave s of the model is bounded by
 //! Poincaré's inequality on the leaf. Where that inequality on all of κ is good enough there is no τ.
 
-use super::line::Carried;
+use super::carried::Carried;
 use super::quadratic::{Linear, Quadratic};
 use super::simplex::{Simplex, length, mean_square_of_linear, norm, root_of_product, up};
 use super::tree::Tree;

@@ -1,11 +1,11 @@
 //! v, σ and G = (∇v+σ)/2 on one cell after the other, and enclosures of their norms.
 
 use super::balance::{Balance, Tau, balance};
+use super::carried::Carried;
 use super::cut_off::CutOff;
-use super::data::PreparedData;
+use super::data::{PreparedData, is_second_order};
 use super::integrated::integrated;
 use super::lift::Lift;
-use super::line::Carried;
 use super::quadratic::{Linear, Quadratic};
 use super::second_order::{self, Stream};
 use super::simplex::{Simplex, Vector, times, up};
@@ -165,7 +165,7 @@ impl<'a> CellFields<'a> {
                 element.derivatives(mesh.dim, &corner)
             }),
         };
-        if second_order::applies(problem) {
+        if is_second_order(problem) {
             let misfit = |cell: usize, simplex: &Simplex| {
                 let of_v = Quadratic::of(&fields.slope(simplex, cell));
                 of_v.plus(-1.0, &fields.sigma_of(simplex, cell))

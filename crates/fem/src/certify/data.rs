@@ -8,7 +8,6 @@ use super::obstacle::{Obstacle, obstacles};
 use super::patch;
 use super::products::Moments;
 use super::refusal;
-use super::second_order;
 use super::simplex::Simplex;
 use super::tree::Tree;
 use crate::contact::Problem;
@@ -30,6 +29,11 @@ const MOST: usize = 2_000_000;
 const TERMS: usize = 64;
 /// Data of sizes beyond these powers of two are scaled.
 const LARGE: i32 = 200;
+
+/// Are v and σ of second order?
+pub(super) fn is_second_order(problem: &Problem) -> bool {
+    problem.space.mesh.dim == 2
+}
 
 /// The data of a problem on a mesh, the same for every field on it.
 #[derive(Debug, Clone)]
@@ -240,7 +244,7 @@ pub(super) struct Traction {
 fn effort(problem: &Problem, data: &Expression, [count, dim]: [usize; 2], measure: f64) -> Effort {
     let root = 1.0 / dim as f64;
     let h = 1.0 / (count.max(1) as f64).powf(root);
-    let is_second = second_order::applies(problem);
+    let is_second = is_second_order(problem);
     let order = if is_second { OF_SECOND_ORDER } else { 1.0 };
     Effort {
         tolerance: TOLERANCE * order * h * measure.sqrt(),

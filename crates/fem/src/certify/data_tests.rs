@@ -1,6 +1,6 @@
 //! What data hide between samples, and what is not known of them: all of it is in the bounds.
 
-use super::line::Carried;
+use super::carried::Carried;
 use super::products::Moments;
 use super::simplex::Simplex;
 use super::tests::{certified, solved, square};

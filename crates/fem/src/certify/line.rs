@@ -27,6 +27,7 @@
 
 use std::collections::HashMap;
 
+use super::carried::{Carried, STEP, around};
 use super::model::{Domain, Improved, Open, WORTH};
 use super::simplex::up;
 use super::tree::Leaf;
@@ -40,34 +41,6 @@ use rayon::prelude::*;
 
 /// Models of what depends on one axis alone by the corners of triangles along it, in order, as bits; where there is one.
 pub(super) type Lines = HashMap<[u64; 3], Along>;
-
-/// τ on a triangle.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Carried {
-    /// The mean of |τ|².
-    pub square: Interval,
-    /// The means of s λ_i.
-    pub flat: [Interval; 3],
-    /// The means of s 4 λ_a λ_b, by the vertex opposite.
-    pub bubbles: [Interval; 3],
-}
-
-impl Carried {
-    /// The mean of s z, z = Σ z_i λ_i + Σ_F 4 b_F λ_a λ_b: of the middles, with one bound of radii and rounding.
-    pub fn mean(&self, z: &[Interval], b: &[f64; 3]) -> Interval {
-        let flat = self.flat.iter().zip(z);
-        let flat = flat.map(|(s, z)| (s, z.mid(), z.radius()));
-        let bubbles = self.bubbles.iter().zip(b).map(|(s, b)| (s, *b, 0.0));
-        let (mut sum, mut off) = (0.0, 0.0);
-        for (s, z, radius) in flat.chain(bubbles) {
-            let (middle, size) = (s.mid(), z.abs() + radius);
-            sum += middle * z;
-            // Products and sums of six are rounded no more than six times.
-            off += s.radius() * size + middle.abs() * (radius + 6.0 * STEP * size);
-        }
-        around(sum, off)
-    }
-}
 
 /// f along an axis as three corners of a triangle have it, the heights of its sections scaled to 1.
 #[derive(Debug, Clone, Copy)]
@@ -99,8 +72,6 @@ const STEEP: f64 = 10.0;
 /// A spot is no longer than this part of a side; where its ends are neighbours in f64 before that, than the other.
 const SPOT: f64 = 1.0 / (1_u64 << 40) as f64;
 const LONGEST_SPOT: f64 = 1.0 / (1_u64 << 20) as f64;
-/// Twice what rounding to nearest errs by, relative to the result.
-const STEP: f64 = f64::EPSILON;
 
 /// f on a piece of the axis: Σ a_j (x - c)^j up to an error.
 pub(super) struct Part {
@@ -295,11 +266,6 @@ impl Part {
         let least = (norm - off).low.max(0.0);
         Interval::new(at(least).square().low, most) * reach.square().square()
     }
-}
-
-/// What is no farther from a number than this, rounded in some steps.
-fn around(middle: f64, radius: f64) -> Interval {
-    Interval::at(middle) + Interval::around_zero(1.001 * radius + f64::MIN_POSITIVE)
 }
 
 impl<const N: usize> Polynomial<N> {

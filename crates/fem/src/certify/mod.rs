@@ -7,6 +7,7 @@
 
 mod admissible;
 mod balance;
+mod carried;
 mod cells;
 mod cut_off;
 mod data;

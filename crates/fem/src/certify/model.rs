@@ -14,8 +14,9 @@
 
 use std::collections::HashMap;
 
+use super::carried::Carried;
 use super::jump;
-use super::line::{Carried, Lines};
+use super::line::Lines;
 use super::polynomial::{AT_FIRST, polynomial};
 use super::simplex::{Vector, around, corners, longest_edge_of};
 use super::tree::{Leaf, Tree};

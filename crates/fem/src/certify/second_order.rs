@@ -12,7 +12,7 @@
 //! λ = σ·n is then linear on a contact face, ≤ 0, and nowhere smaller in size than half its mean.
 
 use super::admissible::{bubbles, descend};
-
+use super::data::is_second_order;
 use super::quadratic::{Linear, Quadratic};
 use super::simplex::Simplex;
 use crate::assembly::{Stiffness, sum_over_cells};
@@ -39,15 +39,10 @@ const OFF_MEAN: f64 = 0.5;
 /// Connected parts of Γ_N and Γ_C beyond so many have the constant 0.
 const MOST_PARTS: usize = 12;
 
-/// Are v and σ of second order?
-pub(super) fn applies(problem: &Problem) -> bool {
-    problem.space.mesh.dim == 2
-}
-
 /// P2 where they are.
 pub(super) fn space<'a>(problem: &Problem<'a>) -> Option<Space<'a>> {
     let Space { mesh, element, .. } = problem.space;
-    match (applies(problem), element.degree()) {
+    match (is_second_order(problem), element.degree()) {
         (false, _) => None,
         (true, 2) => Some(problem.space.clone()),
         (true, _) => Some(Space::new(mesh, &P2)),

@@ -1,7 +1,7 @@
 //! What an expression is on the parts of a simplex that was cut: p + s + r on each, with p linear, s of mean 0 and |s| ≤ `wave`,
 //! |r| ≤ `error` everywhere but on spots.
 
-use super::line::Carried;
+use super::carried::Carried;
 use super::products::Moments;
 use super::simplex::up;
 use crate::interval::Interval;

@@ -10,11 +10,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::Entry;
 use super::bisection::Tree;
 use super::frontier::{self, Counts, STEPS, cholesky};
 use super::lu_plan::LuPlan;
 use super::plan::{Numbering, Plan};
-use super::schur::Entry;
 use super::{Elements, Role};
 use faceoff_mesh::counting::sort_by_key;
 use faceoff_mesh::parallel;

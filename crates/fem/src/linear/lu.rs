@@ -12,10 +12,11 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Accum, Mat, MatMut, MatRef};
 
+use super::Entry;
 use super::dense_lu::{SMALL, factor, subtract};
 use super::kernels::{clear_registers, clear_registers_everywhere, threads_for};
 use super::lu_plan::{Front, LuPlan};
-use super::schur::{Entry, Schur};
+use super::schur::Schur;
 use faceoff_mesh::parallel;
 
 /// Pivots wait if an update is larger than this times the entries of the front.

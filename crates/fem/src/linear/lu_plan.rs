@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::Entry;
 use super::frontier;
-use super::schur::Entry;
 
 /// The fronts are walked by at most about twice so many tasks, whatever the number of threads.
 const TASKS: f64 = 64.0;

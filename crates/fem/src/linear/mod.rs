@@ -33,10 +33,13 @@ pub use krylov::{Ended, KrylovStop, Room, add, conjugate_gradients, dot, gmres, 
 pub use lu::SchurLu;
 pub use multifrontal::Multifrontal;
 pub use pool::{clear, zeros};
-pub use schur::{Entry, LowRank, Row, Schur, Solved};
+pub use schur::{LowRank, Row, Schur, Solved};
 pub use settings::{Precision, Settings, Solver};
 pub use sparse::Symmetric;
 pub use sweeps::Sweeps;
+
+/// An entry: row, column, value.
+pub type Entry = (u32, u32, f64);
 
 #[cfg(test)]
 mod tests;

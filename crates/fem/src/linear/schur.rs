@@ -5,6 +5,7 @@ use std::sync::Arc;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
+use super::Entry;
 use super::kernels::{clear_registers_everywhere, dot};
 use super::lu::SchurLu;
 use super::lu_plan::LuPlan;
@@ -12,9 +13,6 @@ use faceoff_mesh::parallel;
 
 /// Rows that one task multiplies.
 const ROWS: usize = 128;
-
-/// An entry: row, column, value.
-pub type Entry = (u32, u32, f64);
 
 /// A symmetric matrix of the kept unknowns: a sum of dense blocks, where eliminated unknowns couple them, and of entries.
 #[derive(Debug, Clone)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::clip::{Simplex, clip, measure, subtract};
 use super::element::Element;
-use super::map::{Geometry, is_convex};
+use super::geometry::{Geometry, is_convex};
 use super::tree::{Bounds, Tree};
 use faceoff_mesh::CellKind;
 use faceoff_mesh::cancel;

@@ -1,34 +1,17 @@
 //! The verdict on each field of two results whose meshes are others.
 
-use serde::Serialize;
-
 use super::domain::Domain;
 use super::function::Function;
 use super::norms::{Law, OnCell, Place, Sums, differences, is_exact};
 use super::overlay::Uncovered;
+use crate::comparison::by_id;
 use crate::parts::Parts;
-use crate::results::{ComparedField, by_id};
 use crate::sets::{by_name, lacks};
-use crate::{Differences, FieldVerdict, On, Settings, Tolerance, Verdict, Worst};
+use crate::{
+    ComparedField, Differences, FieldVerdict, Intersection, On, Settings, Tolerance, Verdict, Worst,
+};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};
-
-/// The meshes of two results, laid over each other.
-#[derive(Debug, Clone, Serialize)]
-pub struct Intersection {
-    /// Cells of the highest dimension of either mesh.
-    pub cells: [usize; 2],
-    /// Area or volume of either mesh.
-    pub measures: [f64; 2],
-    /// That of their intersection.
-    pub common: f64,
-    /// What either has alone, summed over its cells.
-    pub alone: [f64; 2],
-    /// Cells with curved sides, which are taken as straight pieces between their nodes.
-    pub curved: [usize; 2],
-    /// Whether all functions are polynomials on the intersections of cells, so that integrals are exact but for rounding.
-    pub exact: bool,
-}
 
 /// Judges every field as a function, on the intersection of the meshes; and the domains, where one mesh covers more than
 /// the part of itself that the settings allow. Without such a part, more than rounding of the coordinates is too much.

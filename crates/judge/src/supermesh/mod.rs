@@ -5,6 +5,7 @@ mod domain;
 mod element;
 mod exact;
 mod function;
+mod geometry;
 mod judged;
 mod map;
 mod norms;
@@ -18,8 +19,6 @@ mod tests;
 
 pub(crate) use clip::{measure, subtract};
 pub use exact::{Exact, Size, error_against};
-pub use judged::Intersection;
 pub(crate) use judged::judge_functions;
-pub use norms::Norms;
 pub(crate) use norms::norms_on_mesh;
 pub use project::{Projection, project};

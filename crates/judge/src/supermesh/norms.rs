@@ -1,31 +1,17 @@
 //! ‖a - b‖ of every field on the supermesh: L², the broken H¹ seminorm, and the maximum with its place.
 
-use serde::Serialize;
-
 use super::clip::{Simplex, measure};
 use super::domain::{BLOCK, Domain, Piece};
 use super::function::Function;
-use super::map::{Geometry, Local};
+use super::geometry::Geometry;
+use super::map::Local;
 use super::overlay::{Common, Cover, overlay};
 use super::rule::Rule;
 use crate::keyed::fields_on;
-use crate::{Differences, On};
+use crate::{Differences, Norms, On};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::parallel;
-
-/// Norms of the difference of two fields over their mesh, or over what two meshes have in common.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Norms {
-    /// ‖a - b‖ in L², over all components.
-    pub l2: f64,
-    /// The larger one of ‖a‖ and ‖b‖.
-    pub l2_scale: f64,
-    /// |a - b| in H¹, cell by cell: ‖∇(a - b)‖; none where a field is constant on each cell.
-    pub h1: Option<f64>,
-    /// The larger one of ‖∇a‖ and ‖∇b‖.
-    pub h1_scale: Option<f64>,
-}
 
 /// Where two fields differ most.
 #[derive(Debug, Clone, Copy)]

@@ -29,7 +29,6 @@ mod scan;
 mod series;
 mod sets;
 mod sides;
-mod sol;
 mod steps;
 mod su2;
 mod surface;

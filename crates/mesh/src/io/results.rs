@@ -5,7 +5,8 @@
 
 use std::path::Path;
 
-use super::{Content, collection, sol, table};
+use super::medit::sol;
+use super::{Content, collection, table};
 use crate::error::Result;
 use crate::field::{GlobalArray, GlobalValues, PADDING, ResultField, Results, to_i64};
 use crate::memory;

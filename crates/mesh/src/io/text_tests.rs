@@ -81,14 +81,14 @@ fn values_of_binary_medit() {
                 _ => bytes.extend(f64::from(value).to_le_bytes()),
             }
         }
-        let error = super::sol::read(path, &bytes, &mesh)
+        let error = super::medit::sol::read(path, &bytes, &mesh)
             .expect_err("no end")
             .to_string();
         assert!(error.contains("End is missing"), "{error}");
         // As no place of the next section is given, the end follows at once.
         words(&mut bytes, &[54]);
         wide(&mut bytes, 0, 3);
-        let fields = super::sol::read(path, &bytes, &mesh);
+        let fields = super::medit::sol::read(path, &bytes, &mesh);
         let fields = fields.unwrap_or_else(|error| panic!("{version}: {error}"));
         assert_eq!(fields[0].values.to_f64(), [0.0, 4.0, 8.0, 12.0]);
         assert_eq!(

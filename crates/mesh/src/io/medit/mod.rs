@@ -3,14 +3,14 @@
 //!
 //! The format has no names of groups: in text they are kept in comment lines, which other readers skip.
 
+mod binary;
 mod read;
 mod sections;
+pub mod sol;
 mod write;
 
 use super::Native;
 use crate::mesh::CellKind;
-pub use sections::{Sections, number};
-pub use write::Binary;
 
 pub static FORMAT: Native = Native {
     title: "Medit",
@@ -24,7 +24,7 @@ pub static FORMAT: Native = Native {
 };
 
 /// Keywords of cells and their numbers in binary files. Nodes stand in Gmsh's order, but for the [`SWAPPED`].
-pub const CELLS: [(&str, i32, CellKind); 11] = [
+const CELLS: [(&str, i32, CellKind); 11] = [
     ("Edges", 5, CellKind::Line),
     ("Triangles", 6, CellKind::Triangle),
     ("Quadrilaterals", 7, CellKind::Quadrangle),

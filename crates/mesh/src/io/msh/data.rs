@@ -1,6 +1,6 @@
 //! `$NodeData`, `$ElementData` and `$ElementNodeData`: fields.
 
-use super::read::Reader;
+use super::layout::Reader;
 use crate::error::Result;
 use crate::field::Unread;
 use crate::io::scan::{Numbers, Scan};

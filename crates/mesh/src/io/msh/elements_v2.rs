@@ -1,8 +1,8 @@
 //! Elements of MSH 1.0 and 2.x.
 
 use super::bulk;
+use super::layout::{Layout, Reader};
 use super::nodes_v2::text_count;
-use super::read::{Layout, Reader};
 use super::tags_v2::Tags;
 use crate::error::Result;
 use crate::field::Unread;

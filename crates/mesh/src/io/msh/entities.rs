@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::read::{Layout, Reader};
+use super::layout::{Layout, Reader};
 use super::v4::tag;
 use crate::error::Result;
 use crate::io::scan::{Numbers, Scan};

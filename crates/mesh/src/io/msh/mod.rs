@@ -4,6 +4,7 @@ mod bulk;
 mod data;
 mod elements_v2;
 mod entities;
+mod layout;
 mod nodes_v2;
 mod read;
 mod tags_v2;
@@ -15,6 +16,7 @@ mod write_entities_v4;
 mod write_fields;
 mod write_v2;
 mod write_v4;
+mod writer;
 
 pub use read::read;
 pub use write::{Version, to_bytes};

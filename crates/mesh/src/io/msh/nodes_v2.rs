@@ -1,7 +1,7 @@
 //! Nodes of MSH 1.0 and 2.x.
 
 use super::bulk;
-use super::read::Reader;
+use super::layout::Reader;
 use crate::error::Result;
 use crate::io::builder::{Builder, Numbering};
 use crate::io::scan::{Numbers, Scan};

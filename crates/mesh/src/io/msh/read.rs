@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::layout::{Layout, Reader};
 use super::{data, elements_v2, entities, nodes_v2, v3, v4};
 use crate::error::Result;
 use crate::field::Unread;
@@ -9,20 +10,6 @@ use crate::io::Content;
 use crate::io::builder::Builder;
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::Support;
-
-/// The layouts of the versions that are read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Layout {
-    V1,
-    /// 2.0 and 2.1: the third tag of an element is its partition.
-    V2,
-    /// 2.2: the third tag of an element is the number of its partitions.
-    V22,
-    /// 3.0, as text: a node has the entity that it lies on, an element the number of its nodes.
-    V30,
-    V40,
-    V41,
-}
 
 /// Reads an MSH file of any version and encoding from its bytes.
 ///
@@ -45,21 +32,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     reader.finish()
 }
 
-pub struct Reader<'a> {
-    pub scan: Scan<'a>,
-    layout: Option<Layout>,
-    version: String,
-    pub builder: Builder,
-    pub content: Content,
-    /// Where periodic links are that come before the nodes they name.
-    waiting: Vec<Scan<'a>>,
-}
-
 impl<'a> Reader<'a> {
-    pub fn parts(&mut self) -> (&mut Scan<'a>, &mut Builder, &mut Content) {
-        (&mut self.scan, &mut self.builder, &mut self.content)
-    }
-
     /// Reads the section at the cursor; `false` at the end of the file.
     fn section(&mut self) -> Result<bool> {
         let start = self.scan.clone();

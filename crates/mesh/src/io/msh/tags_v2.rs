@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::read::Layout;
+use super::layout::Layout;
 use crate::error::Result;
 use crate::io::builder::EntityGroup;
 use crate::io::scan::Scan;

@@ -1,8 +1,8 @@
 //! MSH 3.0 as text, which Gmsh wrote before 4.0: nodes with the entity they lie on, elements with the number of their nodes.
 
 use super::elements_v2::unknown_type;
+use super::layout::Reader;
 use super::nodes_v2::text_count;
-use super::read::Reader;
 use crate::error::Result;
 use crate::field::Unread;
 use crate::io::builder::{Numbering, no_such_node};

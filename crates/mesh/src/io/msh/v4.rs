@@ -2,7 +2,7 @@
 
 use super::bulk::{self, Word};
 use super::elements_v2::unknown_type;
-use super::read::{Layout, Reader};
+use super::layout::{Layout, Reader};
 use crate::error::Result;
 use crate::io::builder::{Numbering, no_such_node};
 use crate::io::rows::append;

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::write::Writer;
+use super::writer::Writer;
 use crate::mesh::{CellBlock, Mesh};
 
 /// What is common to all elements.

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::parallel;
 
-use super::write::Writer;
+use super::writer::Writer;
 use crate::mesh::Entity;
 
 /// The entities of the file that was read and further ones that cells need, with the present groups.

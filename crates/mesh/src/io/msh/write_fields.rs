@@ -1,6 +1,6 @@
 //! Fields in the sections that all versions share: `$NodeData`, `$ElementData`, `$ElementNodeData`.
 
-use super::write::Writer;
+use super::writer::Writer;
 use crate::io::loss::Losses;
 use crate::mesh::{Field, Support, Values};
 

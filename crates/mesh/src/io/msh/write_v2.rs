@@ -1,7 +1,7 @@
 //! MSH 2.2: the version that most codes read.
 
-use super::write::Writer;
 use super::write_elements_v2;
+use super::writer::Writer;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::mesh::{Group, Mesh};

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::write::Writer;
 use super::write_entities_v4::{all_entities, entities};
+use super::writer::Writer;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::mesh::{Entity, Mesh, PointRun};

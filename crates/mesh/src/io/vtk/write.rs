@@ -5,9 +5,9 @@ use crate::field::data::with_numbers;
 use crate::io::Job;
 use crate::io::out::Out;
 use crate::io::vtu::cells::{needs_new_version, order, vtk_type};
-use crate::io::vtu::layout::{Array, lay_out};
+use crate::io::vtu::layout::{Array, Topology, lay_out};
 use crate::io::vtu::scalar::Scalar;
-use crate::io::vtu::write::{Topology, check_arrays, refuse};
+use crate::io::vtu::write::{check_arrays, refuse};
 use crate::mesh::{CellKind, Mesh, Values};
 
 pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {

@@ -8,8 +8,8 @@ use crate::io::Job;
 use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::steps::Steps;
 use crate::io::vtu::column::{Column, Width};
-use crate::io::vtu::layout::lay_out;
-use crate::io::vtu::write::{Topology, check_arrays, refuse};
+use crate::io::vtu::layout::{Topology, lay_out};
+use crate::io::vtu::write::{check_arrays, refuse};
 use crate::mesh::{CellKind, Field, Mesh, Support};
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {

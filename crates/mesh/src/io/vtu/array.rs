@@ -2,16 +2,16 @@
 //!
 //! `vtkio` (0.7.0-rc2) silently drops an array that does not decode; here it is an error that names the array.
 
-use super::read::Decoder;
 use super::scalar::{Scalar, with_type};
 use super::stream::Stream;
 use super::unpack::{Budget, Packing, Unpacked};
-use super::xml::ArrayTag;
+use super::xml::{ArrayTag, Document};
 use crate::cancel;
 use crate::error::Result;
 use crate::field::Unread;
 use crate::mesh::Values;
 use std::borrow::Cow;
+use std::path::Path;
 
 /// How many numbers an array must have.
 #[derive(Clone, Copy)]
@@ -67,6 +67,16 @@ impl RawNumbers<'_> {
     pub fn len(&self) -> usize {
         self.bytes.len() / with_type!(self.type_name, T => T::WIDTH, 1)
     }
+}
+
+/// Decodes the arrays of one file.
+pub(super) struct Decoder<'a> {
+    pub path: &'a Path,
+    pub document: &'a Document<'a>,
+    pub budget: Budget,
+    pub warnings: Vec<String>,
+    /// Arrays that the mesh has no place for.
+    pub unread: Vec<Unread>,
 }
 
 impl<'a> Decoder<'a> {

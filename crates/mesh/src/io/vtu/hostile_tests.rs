@@ -356,7 +356,7 @@ fn changed_bytes_never_panic() {
             &[],
             &provenance(),
             encoding,
-            write::Topology::Cells,
+            layout::Topology::Cells,
             Out::default(),
         )
         .expect("sound")

@@ -6,14 +6,22 @@
 
 use super::cells::{block_code, vtk_type};
 use super::column::{Column, GroupTags, Width};
-use super::poly;
 use super::scalar::Scalar;
-use super::write::Topology;
+use super::sections;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::{GlobalArray, GlobalValues, data::with_numbers};
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Geometry, Group, Mesh, Support, Values};
 use std::borrow::Cow;
 use std::collections::HashSet;
+
+/// How the cells are written.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Topology {
+    /// As cells of any type.
+    Cells,
+    /// As the sections of polygonal data.
+    Sections,
+}
 
 /// Prefix of the arrays below, except meshio's.
 const RESERVED: &str = "faceoff:";
@@ -116,9 +124,9 @@ pub(crate) fn lay_out<'a>(
     match kind {
         Topology::Cells => layout.topology = topology(mesh)?,
         Topology::Sections => {
-            poly::check(mesh)?;
+            sections::check(mesh)?;
             let arrays = |of| {
-                let [nodes, ends] = poly::nodes_and_ends(mesh, of);
+                let [nodes, ends] = sections::nodes_and_ends(mesh, of);
                 [
                     Array::scalar("connectivity", nodes),
                     Array::scalar("offsets", ends),

@@ -20,6 +20,7 @@ mod poly;
 pub(crate) mod read;
 mod restore;
 pub(crate) mod scalar;
+mod sections;
 mod stream;
 pub(crate) mod topology;
 pub(crate) mod unpack;
@@ -33,8 +34,8 @@ use crate::field::{GlobalArray, Unread};
 use crate::file;
 use crate::io::recognise::begins;
 use crate::io::{Content, Job, Native, bytes};
+use array::Decoder;
 use merge::Piece;
-use read::Decoder;
 use std::collections::HashSet;
 use std::path::Path;
 use unpack::Budget;
@@ -188,7 +189,7 @@ fn write_content(job: Job<'_>) -> Result<Vec<String>> {
         );
         return Err(Error::usage(what, "write one .vtu file"));
     }
-    write::save(path, mesh, &[], whole, options.vtu, write::Topology::Cells)?;
+    write::save(path, mesh, &[], whole, options.vtu, layout::Topology::Cells)?;
     Ok(Vec::new())
 }
 

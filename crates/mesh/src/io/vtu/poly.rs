@@ -1,11 +1,12 @@
 //! Polygonal data, `.vtp`: what is a surface, with lines and vertices on it.
 
+use super::layout::Topology;
 use super::merge::select;
-use super::write::{self, Topology};
+use super::write;
 use crate::error::Result;
 use crate::io::Job;
 use crate::io::loss::Losses;
-use crate::mesh::{CellBlock, CellKind, Field, Group, Mesh, Support, Values};
+use crate::mesh::{CellBlock, Field, Group, Mesh, Support};
 use std::borrow::Cow;
 
 /// Writes a mesh of vertices, lines and polygons; its cells stand in this order there.
@@ -16,16 +17,6 @@ pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {
     let warnings = losses.settle(path, "VTP", options.lossy)?;
     write::save(path, &mesh, &[], whole, options.vtu, Topology::Sections)?;
     Ok(warnings)
-}
-
-/// The dimension of cells that polygonal data have; `None` for those that they have not.
-pub(super) fn section(kind: CellKind) -> Option<usize> {
-    match kind {
-        CellKind::Vertex => Some(0),
-        CellKind::Line => Some(1),
-        CellKind::Triangle | CellKind::Quadrangle | CellKind::Polygon(_) => Some(2),
-        _ => None,
-    }
 }
 
 /// The mesh with its cells in the order of their dimensions.
@@ -97,38 +88,4 @@ fn by_dimension<'m>(mesh: &'m Mesh, losses: &mut Losses) -> Cow<'m, Mesh> {
         fields,
         geometry,
     })
-}
-
-/// The nodes of the cells of a section, and where those of each cell end, of the same width, as VTK wants them.
-pub(super) fn nodes_and_ends(mesh: &Mesh, of: usize) -> [Values; 2] {
-    let blocks = mesh
-        .blocks
-        .iter()
-        .filter(|block| section(block.kind) == Some(of));
-    let (mut nodes, mut ends) = (Vec::new(), Vec::new());
-    for block in blocks {
-        let (width, first) = (block.kind.points(), nodes.len());
-        nodes.extend_from_slice(&block.nodes);
-        ends.extend((1..=block.len()).map(|cell| first + cell * width));
-    }
-    if nodes.len().max(mesh.points.len()) <= i32::MAX as usize {
-        let nodes = nodes.into_iter().map(|node| node as i32);
-        let ends = ends.into_iter().map(|end| end as i32);
-        return [nodes.collect(), ends.collect()].map(Values::I32);
-    }
-    let nodes = nodes.into_iter().map(i64::from);
-    let ends = ends.into_iter().map(|end| end as i64);
-    [nodes.collect(), ends.collect()].map(Values::I64)
-}
-
-/// What polygonal data do not have.
-pub(super) fn check(mesh: &Mesh) -> Result<(), String> {
-    let blocks = mesh.blocks.iter().filter(|block| !block.is_empty());
-    match blocks
-        .map(|block| block.kind)
-        .find(|&kind| section(kind).is_none())
-    {
-        None => Ok(()),
-        Some(kind) => Err(format!("polygonal data have no cells that are {kind}")),
-    }
 }

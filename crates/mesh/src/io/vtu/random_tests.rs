@@ -175,7 +175,7 @@ proptest! {
     #[test]
     fn any_mesh_comes_back(mut mesh in mesh(), encoding in prop::sample::select(&ENCODINGS[..])) {
         prop_assert_eq!(mesh.validate(), Ok(()));
-        let bytes = write::encode(&mesh, &[], &[], encoding, write::Topology::Cells, Out::default()).expect("a sound mesh").bytes;
+        let bytes = write::encode(&mesh, &[], &[], encoding, layout::Topology::Cells, Out::default()).expect("a sound mesh").bytes;
         let mut read = from_bytes(Path::new("test.vtu"), &bytes).expect("a sound file");
         if encoding == Encoding::Ascii {
             forget_payloads(&mut mesh);
@@ -193,7 +193,7 @@ proptest! {
         length in 0usize..200,
         noise in vec(any::<u8>(), 0..20),
     ) {
-        let bytes = write::encode(&tests::square(), &[], &[], encoding, write::Topology::Cells, Out::default()).expect("a sound mesh").bytes;
+        let bytes = write::encode(&tests::square(), &[], &[], encoding, layout::Topology::Cells, Out::default()).expect("a sound mesh").bytes;
         let (from, to) = (from.index(bytes.len()), to.index(bytes.len()));
         let mut spliced = bytes[..to].to_vec();
         spliced.extend_from_slice(&noise);

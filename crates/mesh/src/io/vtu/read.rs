@@ -1,6 +1,6 @@
 //! Pieces of a mesh, and global arrays, from the elements of a file.
 
-use super::array::{Count, RawNumbers, split_texts};
+use super::array::{Count, Decoder, RawNumbers, split_texts};
 use super::grids::{Extent, Frame};
 use super::lattice::Order;
 use super::layout::TEXTS;
@@ -14,16 +14,6 @@ use crate::field::{GlobalArray, GlobalValues, Unread, to_i64};
 use crate::mesh::{Array, Field, Polyhedra, Support, Values};
 use std::collections::HashSet;
 use std::path::Path;
-
-/// Decodes the arrays of one file.
-pub(super) struct Decoder<'a> {
-    pub path: &'a Path,
-    pub document: &'a Document<'a>,
-    pub budget: Budget,
-    pub warnings: Vec<String>,
-    /// Arrays that the mesh has no place for.
-    pub unread: Vec<Unread>,
-}
 
 /// The arrays of faces of polyhedra before VTK 9.4, and from then on.
 const FACES: [&str; 2] = ["faces", "faceoffsets"];

@@ -124,7 +124,7 @@ fn bytes_of(mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
         &[],
         &provenance(),
         encoding,
-        write::Topology::Cells,
+        layout::Topology::Cells,
         Out::default(),
     )
     .expect("a sound mesh")

@@ -370,7 +370,7 @@ mod tests {
                 &[],
                 &[],
                 encoding,
-                write::Topology::Cells,
+                layout::Topology::Cells,
                 Out::default(),
             );
             let bytes = out.expect("a sound mesh").bytes;

@@ -6,7 +6,7 @@
 
 use super::cells::needs_new_version;
 use super::column::Column;
-use super::layout::{self, Array, FileArrays, is_in_xml};
+use super::layout::{self, Array, FileArrays, Topology, is_in_xml};
 use super::pack::{Packed, pack};
 use super::scalar::Scalar;
 use super::xml::POLYGONS;
@@ -53,15 +53,6 @@ pub(super) fn save(
 
 pub(crate) fn refuse(path: &Path, what: String) -> Error {
     Error::whole(path, what, "correct it, or choose another format")
-}
-
-/// How the cells are written.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Topology {
-    /// As cells of any type.
-    Cells,
-    /// As the sections of polygonal data.
-    Sections,
 }
 
 /// Appends a file to `out`; the error says why it cannot be written.

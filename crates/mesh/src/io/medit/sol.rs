@@ -7,10 +7,12 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::loss::Losses;
-use super::medit::{self, Binary, CELLS, Sections};
-use super::out::{self, Out};
+use super::CELLS;
+use super::binary::Binary;
+use super::sections::{Sections, number};
 use crate::error::Result;
+use crate::io::loss::Losses;
+use crate::io::out::{self, Out};
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
 /// The most fields of a section; the format's own readers hold no more.
@@ -20,7 +22,7 @@ const MOST: usize = 1000;
 ///
 /// # Errors
 /// Any violation of the format, with keyword and line; a number of values that does not fit the mesh.
-pub(super) fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>> {
+pub fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>> {
     let mut sections = Sections::new(path, bytes)?;
     let mut fields: Vec<Field> = Vec::new();
     while let Some(word) = sections.next()? {
@@ -109,7 +111,7 @@ struct Column<'a> {
 ///
 /// # Errors
 /// The file cannot be begun.
-pub(super) fn write(
+pub fn write(
     path: &Path,
     mesh: &Mesh,
     dimension: usize,
@@ -227,7 +229,7 @@ fn columns<'a>(
     }
     let count = values.len() / components;
     let section = |keyword: &'static str, rows: Vec<usize>| {
-        let number = medit::number(&format!("SolAt{keyword}"))?;
+        let number = number(&format!("SolAt{keyword}"))?;
         let values = values.clone();
         Some((
             number,
