@@ -1,6 +1,6 @@
 //! The companions as programs of their own, against each other and the Rust solver: with nothing from us but a mesh, or not even that.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use crate::common::{Ran, changed_companion, folder, run, scene, source, test_config, told, write};

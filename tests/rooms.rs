@@ -345,16 +345,18 @@ impl Files {
         None
     }
 
+    /// What a file uses, at once or through others.
+    fn reached<'f>(&'f self, from: &'f Vec<String>) -> BTreeSet<&'f Vec<String>> {
+        let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
+        while let Some(module) = next.pop() {
+            next.extend(self.uses[module].iter().filter(|used| seen.insert(*used)));
+        }
+        seen
+    }
+
     /// Sets of files each of which uses all others of its set, if not at once then through others.
     fn circles(&self) -> Vec<Vec<&str>> {
-        let reached = |from: &Vec<String>| {
-            let (mut seen, mut next) = (BTreeSet::new(), vec![from]);
-            while let Some(module) = next.pop() {
-                next.extend(self.uses[module].iter().filter(|used| seen.insert(*used)));
-            }
-            seen
-        };
-        let reached: BTreeMap<_, _> = self.names.keys().map(|m| (m, reached(m))).collect();
+        let reached: BTreeMap<_, _> = self.names.keys().map(|m| (m, self.reached(m))).collect();
         let circle = |module| {
             let around = reached[module].iter();
             let around = around.filter(|other| reached[**other].contains(module));

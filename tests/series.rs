@@ -1,7 +1,7 @@
 //! `faceoff compare` on results of several times, on folders, and on curves.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;

@@ -1,7 +1,7 @@
 //! What a reader did not read is undetermined: it never agrees, unless somebody leaves it out by name.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use crate::common::{folder, run, source, write};

@@ -2,7 +2,7 @@
 //! makes the Python with these.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use faceoff_mesh::io::{self, Content, Options};

@@ -12,7 +12,7 @@ use super::sweep::{Variant, sweep};
 use super::theory::{Theory, theory};
 use super::work::{Listener, Part, Work};
 use super::{Example, TOL};
-use crate::engine::{Answer, Case, Engine, Progress, Settings};
+use crate::engine::{Answer, Case, Progress};
 use crate::run::{Answers, Failure, Observed, Runner, check_meshes};
 use faceoff_fem::contact::{Discretisation, Errors, Method, Problem, quantities};
 use faceoff_fem::known::{distance, transitions};

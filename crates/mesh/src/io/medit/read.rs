@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::{CELLS, NAME, SWAPPED, Sections};
+use super::sections::Sections;
+use super::{CELLS, NAME, SWAPPED};
 use crate::error::Result;
 use crate::field::Unread;
 use crate::io::Content;

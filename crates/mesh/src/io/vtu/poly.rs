@@ -2,7 +2,7 @@
 
 use super::layout::Topology;
 use super::merge::select;
-use super::write;
+use super::write::save;
 use crate::error::Result;
 use crate::io::Job;
 use crate::io::loss::Losses;
@@ -15,7 +15,7 @@ pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {
     let (options, mut losses) = (job.options, job.losses);
     let mesh = by_dimension(mesh, &mut losses);
     let warnings = losses.settle(path, "VTP", options.lossy)?;
-    write::save(path, &mesh, &[], whole, options.vtu, Topology::Sections)?;
+    save(path, &mesh, &[], whole, options.vtu, Topology::Sections)?;
     Ok(warnings)
 }
 

@@ -8,12 +8,11 @@ use super::merge::Piece;
 use super::scalar::{Scalar, with_type};
 use super::topology::{Cells, Part, Source};
 use super::unpack::Budget;
-use super::xml::{ArrayTag, Document, Grid, POLYGONS, PieceTag};
+use super::xml::{ArrayTag, Grid, POLYGONS, PieceTag};
 use crate::error::{Error, Place, Result};
 use crate::field::{GlobalArray, GlobalValues, Unread, to_i64};
 use crate::mesh::{Array, Field, Polyhedra, Support, Values};
 use std::collections::HashSet;
-use std::path::Path;
 
 /// The arrays of faces of polyhedra before VTK 9.4, and from then on.
 const FACES: [&str; 2] = ["faces", "faceoffsets"];

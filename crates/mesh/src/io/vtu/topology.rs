@@ -340,6 +340,7 @@ fn beyond<T: Scalar>(nodes: &RawNumbers, points: u64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::layout::Topology;
     use super::super::{Compressor, Encoding, from_bytes, write};
     use super::CELLS;
     use crate::io::out::Out;
@@ -365,14 +366,7 @@ mod tests {
                 ..Mesh::default()
             };
             let encoding = Encoding::Raw(Compressor::None);
-            let out = write::encode(
-                &mesh,
-                &[],
-                &[],
-                encoding,
-                layout::Topology::Cells,
-                Out::default(),
-            );
+            let out = write::encode(&mesh, &[], &[], encoding, Topology::Cells, Out::default());
             let bytes = out.expect("a sound mesh").bytes;
             let read = from_bytes(Path::new("test.vtu"), &bytes).expect("a sound file");
             assert!(read.mesh.blocks == mesh.blocks, "{first}");
