@@ -2,6 +2,7 @@
 
 browser.py PAGE [--size WxH] [--dark] [--media print] [--no-script] [--press SELECTOR…] [--boxes SELECTOR…]
            [--picture FILE.png]
+browser.py -: the same for each line, which is a JSON list of such words, with one browser until the last line.
 
 Speaks Chrome's DevTools protocol through a pipe, so that no port is opened.
 """
@@ -13,6 +14,7 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 
 
@@ -81,6 +83,7 @@ class Browser:
 
 
 def look(browser, words):
+    browser.events.clear()
     target = browser.ask("Target.createTarget", url="about:blank")["targetId"]
     session = browser.ask("Target.attachToTarget", targetId=target, flatten=True)[
         "sessionId"
@@ -136,15 +139,17 @@ def look(browser, words):
     if words.picture:
         picture = ask("Page.captureScreenshot", format="png")["data"]
         pathlib.Path(words.picture).write_bytes(base64.b64decode(picture))
+    browser.ask("Target.closeTarget", targetId=target)
+    own = [event for event in browser.events if event.get("sessionId") == session]
     told["console"] = [
         event["params"]
-        for event in browser.events
+        for event in own
         if event.get("method")
         in ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
     ]
     told["requests"] = [
         event["params"]["request"]["url"]
-        for event in browser.events
+        for event in own
         if event.get("method") == "Network.requestWillBeSent"
     ]
     return told
@@ -160,16 +165,16 @@ def main():
     parser.add_argument("--boxes", nargs="*", default=[])
     parser.add_argument("--press", nargs="*", default=[])
     parser.add_argument("--picture")
-    words = parser.parse_args()
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as home:
         browser = Browser(home)
         try:
-            told = look(browser, words)
+            lines = map(json.loads, sys.stdin) if sys.argv[1:] == ["-"] else [sys.argv[1:]]
+            for words in lines:
+                print(json.dumps(look(browser, parser.parse_args(words))), flush=True)
             browser.ask("Browser.close")
             browser.process.wait(timeout=20)
         finally:
             browser.process.kill()
-    print(json.dumps(told))
 
 
 main()
