@@ -87,6 +87,8 @@ LIBRARIES = {"skfem": skfem_spaces, "ngsolve": ngsolve_spaces, "getfem": getfem_
 SPACES = [space for library, spaces in LIBRARIES.items() if find_spec(library) for space in spaces()]
 #: Those without values inside cells, or with values that no file holds.
 REFUSED = ("SkeletonP0", "FacetFESpace")
+#: A hexahedron with eight dofs at each vertex takes scikit-fem a second a dof. In such steps each kind and each vertex has its turn.
+STEPS = {"skfem HexC1": 5}
 
 
 def fields(thing):
@@ -104,7 +106,7 @@ def test_a_change_of_any_dof_is_seen(name, count, make):
         assert any(known in name for known in REFUSED) or "no polynomial" in str(refused), refused
         return
     assert not any(known in name for known in REFUSED), "it was not refused"
-    for dof in range(count):
+    for dof in range(0, count, STEPS.get(name, 1)):
         y = x.copy()
         y[dof] += 100.0
         other = fields(make(y))
