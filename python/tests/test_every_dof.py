@@ -88,7 +88,7 @@ SPACES = [space for library, spaces in LIBRARIES.items() if find_spec(library) f
 #: Those without values inside cells, or with values that no file holds.
 REFUSED = ("SkeletonP0", "FacetFESpace")
 #: A hexahedron with eight dofs at each vertex takes scikit-fem a second a dof. In such steps each kind and each vertex has its turn.
-STEPS = {"skfem HexC1": 5}
+STEPS = {"skfem HexC1": 9}
 
 
 def fields(thing):
