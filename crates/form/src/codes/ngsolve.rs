@@ -1,0 +1,372 @@
+//! NGSolve: the form as coefficient functions of scalar trial and test functions, with NGSolve's own derivative.
+
+use faceoff_fem::scene::expression::Function;
+
+use super::Code;
+use super::python;
+use super::spelling::{Shared, Spelling, Words, shared};
+use crate::problem::{Domain, Element, Measure, Problem};
+use crate::scalar::{Field, Id, Leaf, Node, Side};
+
+/// NGSolve 6.2, without its user interface.
+pub const CODE: Code = Code {
+    name: "ngsolve",
+    suffix: "_ngsolve.py",
+    command: &["python3"],
+    mesh: ("msh2", "msh"),
+    write,
+};
+
+/// Names that the frame imports or makes.
+const RESERVED: &str = "ngsolve netgen mesh here V W a u_ gf hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
+    sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse";
+
+fn space(element: Element, dim: usize, held: &str, jumps: bool) -> Result<String, String> {
+    let more = format!("{held}{}", if jumps { ", dgjumps=True" } else { "" });
+    Ok(match element {
+        Element::Continuous(degree) => format!("ngsolve.H1(mesh, order={degree}{more})"),
+        Element::Broken(degree) => format!("ngsolve.L2(mesh, order={degree}{more})"),
+        Element::CrouzeixRaviart if dim == 2 => {
+            format!("ngsolve.FESpace(\"nonconforming\", mesh, order=1{more})")
+        }
+        Element::CrouzeixRaviart => {
+            return Err("NGSolve has Crouzeix-Raviart elements on triangles only".into());
+        }
+    })
+}
+
+fn call(function: Function, arguments: &[String]) -> String {
+    let all = arguments.join(", ");
+    match (function, arguments) {
+        (Function::Max, [a, b]) => format!("IfPos({a} - ({b}), {a}, {b})"),
+        (Function::Min, [a, b]) => format!("IfPos({a} - ({b}), {b}, {a})"),
+        (Function::Abs, [a, ..]) => format!("IfPos({a}, {a}, -({a}))"),
+        (Function::Tanh, [a, ..]) => format!("(sinh({a})/cosh({a}))"),
+        _ => format!("{}({all})", function.names()[0]),
+    }
+}
+
+/// `IfPos(a, b, c)` is b where a > 0.
+fn choice(sign: &str, [a, b, c, d]: &[String; 4]) -> String {
+    match sign {
+        "<" => format!("IfPos({b} - ({a}), {c}, {d})"),
+        "<=" => format!("IfPos({a} - ({b}), {d}, {c})"),
+        ">" => format!("IfPos({a} - ({b}), {c}, {d})"),
+        _ => format!("IfPos({b} - ({a}), {d}, {c})"),
+    }
+}
+
+fn end(problem: &Problem, words: &Words, node: Node) -> String {
+    let other = |name: String, side| match side {
+        Side::Minus => format!("{name}.Other()"),
+        _ => name,
+    };
+    match node {
+        Node::Pi => "np.pi".into(),
+        Node::Parameter(k) => words.parameters[k].clone(),
+        Node::Coordinate(k) => ["x", "y", "z"][k].into(),
+        Node::Normal(k, Side::Minus) => format!("(-n[{k}])"),
+        Node::Normal(k, _) => format!("n[{k}]"),
+        Node::Diameter(side) => other("h".into(), side),
+        Node::Leaf(leaf) => {
+            let name = words.part(leaf).to_owned();
+            let is_formula =
+                matches!(leaf.field, Field::Datum(k) if problem.data[k].space.is_none());
+            match leaf.axis {
+                _ if is_formula => name,
+                None => other(name, leaf.side),
+                Some(axis) => format!(
+                    "{}[{axis}]",
+                    match leaf.side {
+                        Side::Minus => format!("grad({name}.Other())"),
+                        _ => format!("grad({name})"),
+                    }
+                ),
+            }
+        }
+        _ => String::new(),
+    }
+}
+
+fn write(problem: &mut Problem) -> Result<String, String> {
+    let dim = problem.dim;
+    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0);
+    let imports = "import netgen.meshing as netgen\nimport ngsolve\nfrom ngsolve import (\n    BND, CF, SEGM, TET, TRIG, VOL, IfPos, acos, asin, atan, atan2, cos, cosh, ds, dx, exp, grad, log, sin, sinh, specialcf, sqrt, tan, x, y, z\n)";
+    let mut s = python::top(problem, CODE.suffix, imports, &words);
+    let boundaries: Vec<usize> = (0..problem.groups.len())
+        .filter(|k| problem.groups[*k].dim == dim - 1)
+        .collect();
+    let tags: Vec<i64> = problem.groups.iter().map(|group| group.tag).collect();
+    let name_of = |k: usize| format!("g{}", tags[k]);
+    s += &mesh(problem, &boundaries);
+    let [rule, facet_rule] = problem.rules();
+    let [(points, weights), (facet_points, facet_weights)] =
+        [python::rule(&rule), python::rule(&facet_rule)];
+    let (cell, facet) = if dim == 2 {
+        ("TRIG", "SEGM")
+    } else {
+        ("TET", "TRIG")
+    };
+    s += &format!(
+        "\n# The points of the rules are named, so that every code has the same.\nrule = {{{cell}: ngsolve.IntegrationRule({points}, {weights})}}\n\
+         facet_rule = {{{facet}: ngsolve.IntegrationRule({facet_points}, {facet_weights})}}\nn = specialcf.normal({dim})\n"
+    );
+    if problem.has_diameter() {
+        s += &format!(
+            "h = ngsolve.GridFunction(ngsolve.L2(mesh, order=0))  # the longest edge of each cell\nh.vec.FV().NumPy()[:] = np.max(\n    [np.linalg.norm(points[cells[:, i]] - points[cells[:, j]], axis=1) for i in range({}) for j in range(i)], axis=0\n)\n",
+            dim + 1
+        );
+    }
+    let jumps = problem
+        .integrals
+        .iter()
+        .any(|i| i.measure.domain == Domain::Interior);
+    let ends = |node: Node| end(problem, &words, node);
+    let spelling = Spelling {
+        end: &ends,
+        call,
+        power: "**",
+        choice,
+    };
+    let none = Shared::new();
+    s += &format!(
+        "\n\n{}",
+        HOLD.replace("NODES", &reference(dim - 1))
+            .replace("CELLS", &reference(dim))
+    );
+    for (k, datum) in problem.data.iter().enumerate() {
+        for (name, value) in words.parts(Field::Datum(k)).iter().zip(&datum.components) {
+            let value = spelling.text(&problem.scalars, *value, &none);
+            match datum.space {
+                None => s += &format!("{name} = CF({value})\n"),
+                Some(of) => {
+                    s += &format!(
+                        "{name} = ngsolve.GridFunction({})\nhold({name}, VOL, None, {}, CF({value}))\n",
+                        space(of.element, dim, "", false)?,
+                        of.element.degree()
+                    )
+                }
+            }
+        }
+    }
+    let components = problem.components();
+    let mut spaces = Vec::new();
+    for (k, c) in &components {
+        let groups = problem
+            .conditions
+            .iter()
+            .filter(|condition| (condition.unknown, condition.component) == (*k, *c));
+        let groups: Vec<String> = groups.map(|condition| name_of(condition.group)).collect();
+        let held = if groups.is_empty() {
+            String::new()
+        } else {
+            format!(", dirichlet=\"{}\"", groups.join("|"))
+        };
+        spaces.push(space(
+            problem.unknowns[*k].space.element,
+            dim,
+            &held,
+            jumps,
+        )?);
+    }
+    let names = |of: fn(usize) -> Field| {
+        components
+            .iter()
+            .map(|(k, c)| words.parts(of(*k))[*c].clone())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    s += &format!(
+        "\nV = {}\n{} = V.TrialFunction()\n{} = V.TestFunction()\n",
+        spaces.join(" * "),
+        names(Field::Unknown),
+        names(Field::Test)
+    );
+    let residual = problem.residual();
+    let ends = |node: Node| end(problem, &words, node);
+    let spelling = Spelling {
+        end: &ends,
+        call,
+        power: "**",
+        choice,
+    };
+    let roots: Vec<Id> = residual
+        .iter()
+        .flat_map(|i| i.terms.values().copied())
+        .collect();
+    let found = shared(
+        &problem.scalars,
+        &roots,
+        &mut Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0),
+    );
+    let mut known = Shared::new();
+    for (id, name) in &found {
+        s += &format!(
+            "{name} = {}\n",
+            spelling.definition(&problem.scalars, *id, &known)
+        );
+        known.insert(*id, name.clone());
+    }
+    s += "a = ngsolve.BilinearForm(V)\n";
+    for integral in &residual {
+        let each = integral.terms.iter().map(|(test, c)| {
+            let test: &Leaf = test;
+            let end = (spelling.end)(Node::Leaf(*test));
+            match problem.scalars.number_of(*c) {
+                Some(1.0) => end,
+                Some(-1.0) => format!("-{end}"),
+                _ => format!("{}*{end}", spelling.factor(&problem.scalars, *c, &known)),
+            }
+        });
+        let sum = each
+            .collect::<Vec<_>>()
+            .join("\n    + ")
+            .replace("+ -", "- ");
+        s += &format!(
+            "a += (\n    {sum}\n)*{}\n",
+            over(&integral.measure, &name_of)
+        );
+    }
+    s += "\n# The values that are held; of two that hold one dof, the later counts.\ntotal = ngsolve.GridFunction(V)\n";
+    for condition in &problem.conditions {
+        let part = match components.len() {
+            1 => "total".to_owned(),
+            _ => format!(
+                "total.components[{}]",
+                problem.position(condition.unknown, condition.component)
+            ),
+        };
+        let element = problem.unknowns[condition.unknown].space.element;
+        let degree = if element == Element::CrouzeixRaviart {
+            0
+        } else {
+            element.degree()
+        };
+        s += &format!(
+            "hold({part}, BND, \"{}\", {degree}, CF({}))\n",
+            name_of(condition.group),
+            spelling.text(&problem.scalars, condition.value, &none)
+        );
+    }
+    s += "\n# Newton's method from there, 0 elsewhere; a linear form takes one step, and a second one to see it.\nr, d = total.vec.CreateVector(), total.vec.CreateVector()\n\
+          for step in range(30):\n    a.Apply(total.vec, r)\n    a.AssembleLinearization(total.vec)\n    d.data = a.mat.Inverse(V.FreeDofs(), inverse=\"umfpack\") * r\n    total.vec.data -= d\n    \
+          if abs(d.FV().NumPy()).max() <= 1e-10*abs(total.vec.FV().NumPy()).max():\n        break\nelse:\n    sys.exit(\"Newton's method did not converge.\")\n";
+    let (nodes, kind) = python::nodes(problem.output(), dim)?;
+    // NGSolve's reference coordinates belong to the first vertices, the last one is the origin.
+    let nodes: Vec<String> = nodes
+        .iter()
+        .map(|node| format!("{:?}", &node[..dim]))
+        .collect();
+    s += &format!(
+        "\n# The values at the nodes of VTK's cells.\nnodes = ngsolve.IntegrationRule([{}], [1.0]*{})\nmapped = mesh.MapToAllElements({{{cell}: nodes}}, VOL)\n\n\n\
+         def values(function):\n    return CF(function)(mapped).reshape(len(cells), {}, -1)\n\n\nat = values((x, y, z))\n",
+        nodes.join(", "),
+        nodes.len(),
+        nodes.len()
+    );
+    let values = problem.unknowns.iter().enumerate().map(|(k, u)| {
+        let parts = (0..u.space.count()).map(|c| match components.len() {
+            1 => "total".to_owned(),
+            _ => format!("total.components[{}]", problem.position(k, c)),
+        });
+        let parts: Vec<String> = parts.collect();
+        (
+            u.name.clone(),
+            format!(
+                "values({})",
+                if parts.len() == 1 {
+                    parts[0].clone()
+                } else {
+                    format!("({})", parts.join(", "))
+                }
+            ),
+        )
+    });
+    Ok(s + &python::bottom(problem.output(), kind, &values.collect::<Vec<_>>()))
+}
+
+/// Netgen's mesh of the arrays, whose groups of facets are called `gN`.
+fn mesh(problem: &Problem, boundaries: &[usize]) -> String {
+    let dim = problem.dim;
+    let tags: Vec<String> = boundaries
+        .iter()
+        .map(|k| problem.groups[*k].tag.to_string())
+        .collect();
+    let body = if dim == 2 {
+        "inside = {int(r): netgen.FaceDescriptor(surfnr=i + 1, domin=i + 1, bc=i + 1) for i, r in enumerate(np.unique(regions))}\n\
+         where = {r: grid.Add(descriptor) for r, descriptor in inside.items()}\n\
+         for vertices, r in zip(cells, regions.tolist()):\n    grid.Add(netgen.Element2D(where[r], [number[i] for i in vertices]))\n\
+         for i, r in enumerate(inside):\n    grid.SetMaterial(i + 1, f\"g{r}\")\n\
+         for vertices, label in zip(facets, labels.tolist()):\n    grid.Add(netgen.Element1D([number[i] for i in vertices], index=groups.index(label) + 1))\n\
+         for i, label in enumerate(groups):\n    grid.SetBCName(i, f\"g{label}\")\n"
+    } else {
+        "for i, label in enumerate(groups):\n    grid.Add(netgen.FaceDescriptor(surfnr=i + 1, domin=1, bc=i + 1))\n    grid.SetBCName(i, f\"g{label}\")\n\
+         for vertices, label in zip(facets, labels.tolist()):\n    grid.Add(netgen.Element2D(groups.index(label) + 1, [number[i] for i in vertices]))\n\
+         inside = np.unique(regions).tolist()\n\
+         for vertices, r in zip(cells, regions.tolist()):\n    grid.Add(netgen.Element3D(inside.index(r) + 1, [number[i] for i in vertices]))\n\
+         for i, r in enumerate(inside):\n    grid.SetMaterial(i + 1, f\"g{r}\")\n"
+    };
+    format!(
+        "grid = netgen.Mesh(dim={dim})\nnumber = [grid.Add(netgen.MeshPoint(netgen.Pnt(*point, *[0.0]*{}))) for point in points]\n\
+         groups = [{}]  # of the boundary\n{body}mesh = ngsolve.Mesh(grid)\n",
+        3 - dim,
+        tags.join(", ")
+    )
+}
+
+/// The nodes of degrees 0 to 3 on a reference simplex, by the degree; of degree 0, the centre.
+fn reference(dim: usize) -> String {
+    let points = |degree: usize| {
+        let range = 0..=degree;
+        let mut all: Vec<Vec<usize>> = vec![Vec::new()];
+        for _ in 0..dim {
+            all = all
+                .iter()
+                .flat_map(|p| range.clone().map(move |k| [&p[..], &[k]].concat()))
+                .collect();
+        }
+        let inside = all
+            .into_iter()
+            .filter(|p| p.iter().sum::<usize>() <= degree);
+        let each = inside.map(|p| {
+            format!(
+                "({})",
+                p.iter()
+                    .map(|k| format!("{:?},", *k as f64 / degree as f64))
+                    .collect::<Vec<_>>()
+                    .join(" ")
+            )
+        });
+        format!("[{}]", each.collect::<Vec<_>>().join(", "))
+    };
+    let centre = format!(
+        "[({})]",
+        vec![format!("1/{}", dim + 1); dim].join(", ") + ","
+    );
+    format!("[{centre}, {}, {}, {}]", points(1), points(2), points(3))
+}
+
+const HOLD: &str = r#"def hold(function, where, group, degree, g):
+    """Nodal values of g on cells or on facets of a group. NGSolve's basis is hierarchical: each element solves for its dofs."""
+    nodes = {BND: NODES, VOL: CELLS}[where][degree]
+    for e in function.space.Elements(where):
+        if group is None or e.mat == group:
+            element, place = function.space.GetFE(e), mesh.GetTrafo(e)
+            shapes = [np.ravel(element.CalcShape(*t)) for t in nodes]
+            for dof, value in zip(e.dofs, np.linalg.solve(shapes, [g(place(*t)) for t in nodes])):
+                function.vec[dof] = value
+
+
+"#;
+
+fn over(measure: &Measure, name_of: &dyn Fn(usize) -> String) -> String {
+    let groups: Vec<String> = measure.groups.iter().map(|k| name_of(*k)).collect();
+    let groups = groups.join("|");
+    match measure.domain {
+        Domain::Cells if groups.is_empty() => "dx(intrules=rule)".into(),
+        Domain::Cells => format!("dx(\"{groups}\", intrules=rule)"),
+        Domain::Boundary if groups.is_empty() => "ds(skeleton=True, intrules=facet_rule)".into(),
+        Domain::Boundary => format!("ds(\"{groups}\", skeleton=True, intrules=facet_rule)"),
+        Domain::Interior => "dx(skeleton=True, intrules=facet_rule)".into(),
+    }
+}
