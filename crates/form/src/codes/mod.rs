@@ -66,7 +66,11 @@ impl Code {
     pub fn write_mesh(&self, folder: &Path, problem: &Problem, mesh: &Mesh) -> Result<PathBuf> {
         let path = folder.join(format!("{}.{}", problem.name, self.mesh.1));
         let options = Options {
-            format: Format::of_name(if self.mesh.0 == "msh2" { "msh" } else { self.mesh.0 }),
+            format: Format::of_name(if self.mesh.0 == "msh2" {
+                "msh"
+            } else {
+                self.mesh.0
+            }),
             msh_version: msh::Version::V22,
             lossy: true,
             ..Options::default()

@@ -127,7 +127,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
          number = {{tuple(vertices): i for i, vertices in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}}\n\
          boundary = np.array([number[tuple(sorted(vertices))] for vertices in facets.tolist()])\n\
          diameter = np.max([np.linalg.norm(mesh.p[:, mesh.t[i]] - mesh.p[:, mesh.t[j]], axis=0) for i in range({}) for j in range(i)], axis=0)\n",
-        elements.join(" * "), array(rule), array(facet_rule), dim + 1
+        elements.join(" * "),
+        array(rule),
+        array(facet_rule),
+        dim + 1
     );
     for (k, datum) in problem.data.iter().enumerate() {
         for (name, id) in words.parts(Field::Datum(k)).iter().zip(&datum.components) {
