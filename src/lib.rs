@@ -7,4 +7,5 @@ pub mod cli;
 pub mod engine;
 pub mod report;
 pub mod run;
+pub mod text;
 pub mod why;

@@ -209,6 +209,12 @@ fn what_a_code_gets_wrong_is_named() {
             "γ₀ = 200",
         ),
         (
+            "gamma[][Ch(cell, 0)] = value;",
+            "gamma[][Ch(cell, 0)] = value*(1 + 1e-6);",
+            "an unstructured mesh with all data",
+            "γ is × 1.00000100",
+        ),
+        (
             "macro contactTest(v) (theta1*dn(v)",
             "macro contactTest(v) (-theta1*dn(v)",
             "contact in part",

@@ -2,7 +2,7 @@
 //! are judged as two codes are. And in each of them the judge sees one value that is off. Then the codes themselves: thin domains,
 //! γ₀ from 1e-6 to 1e6, 2D and 3D; and faults planted in them.
 
-use crate::common::{companion_with, folder, run, test_config, write};
+use crate::common::{companion_with, folder, run, test_config, times, write};
 use faceoff::run::{ROUNDING, tolerance};
 use faceoff_fem::contact::{
     Discretisation, Iteration, Method, Problem, Stop, face_fields, solve_by,
@@ -258,12 +258,12 @@ fn no_false_alarm(engines: &str, scenes: usize) {
 
 #[test]
 fn freefem_agrees_on_extreme_scenes() {
-    no_false_alarm("rust,freefem", 300);
+    no_false_alarm("rust,freefem", 120 * times());
 }
 
 #[test]
 fn all_three_agree_on_extreme_scenes() {
-    no_false_alarm("rust,freefem,fenicsx", 45);
+    no_false_alarm("rust,freefem,fenicsx", 21 * times());
 }
 
 /// Ten faults in FreeFEM's script, on three random scenes each: none agrees, conditioned or not.

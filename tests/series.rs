@@ -96,7 +96,8 @@ for name, times, error in [("a", [0, 0.1, 0.2], 0), ("off", [0, 0.1, 0.1 + 0.1],
         let html = fs::read_to_string(at.join(&page).join("index.html")).unwrap();
         for part in [
             "<em>u</em> differs in 1 of 3 times",
-            "aria-label=\"largest differences, part by part\"",
+            "<b>Largest |a − b|</b> relative to the largest value of its field, time by time",
+            "aria-label=\"Largest |a − b| relative to the largest value of its field, time by time\"",
             "<title>time 0.2, u: ",
             "Farthest from agreement: time 0.2",
             "aria-label=\"map of differences of u\"",

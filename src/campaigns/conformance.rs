@@ -379,7 +379,7 @@ fn alone(
 fn single_change(setup: &Setup, u: &[f64]) -> Result<Option<String>> {
     let runner = Runner::new(&setup.settings, &Silent);
     let found = examine(&runner, setup, u, Written::of(u))?;
-    Ok(found.culprit().map(|culprit| culprit.what.clone()))
+    Ok(found.culprit().map(|culprit| culprit.what.to_string()))
 }
 
 /// Answers; or why there are none.

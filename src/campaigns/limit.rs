@@ -11,6 +11,8 @@
 
 use serde::Serialize;
 
+use crate::text::{Number, Text, text};
+
 /// Where no tolerance is given, the limit must be below this part of the finest difference. Less cannot be told from right codes:
 /// a limit at right angles to the error that is 35 % of the finest difference lowers an order of 2 to 1.9. A limit of 5 % of the
 /// coarsest difference is above the bound from the third mesh on at order 2 or higher, and from the fifth on at order 1, where
@@ -106,35 +108,38 @@ impl Limit {
     }
 
     /// As a clause about what converges, as `the differences in L²`.
-    pub fn words(&self) -> String {
-        let part = |x: f64| format!("{:.1e}", x / self.scale);
-        let bound = part(self.bound);
+    pub fn words(&self) -> Text {
+        let [at_most, at_least] =
+            [Number::at_most, Number::at_least].map(|bound| move |x: f64| bound(x / self.scale, 2));
+        let bound = at_most(self.bound);
         let of_what = match self.is_given {
             true => "the tolerance".to_owned(),
             false => format!("{PART} of that on the finest mesh"),
         };
         match (self.found, self.interval) {
-            (Found::Zero, _) => {
-                format!("converges to 0 as far as a limit of {bound} of it ({of_what}) can be seen")
-            }
-            (Found::Apart, Some([low, high])) => format!(
-                "does not converge to 0 but to between {} and {} of it",
-                part(low),
-                part(high)
+            (Found::Zero, _) => text!(
+                "converges to 0 as far as a limit of {} of it ({}) can be seen",
+                bound,
+                of_what
             ),
-            (_, Some([low, high])) if low >= -self.bound && high <= self.bound => {
+            (Found::Apart, Some([low, high])) => text!(
+                "does not converge to 0 but to between {} and {} of it",
+                at_least(low),
+                at_most(high)
+            ),
+            (_, Some([low, high])) if low >= -self.bound && high <= self.bound => text!(
                 "falls faster than theory on these meshes, as on the way through 0, and what it converges to cannot be told; \
                  add finer meshes"
-                    .to_owned()
-            }
-            (_, Some([low, high])) if low < high => format!(
-                "cannot be told to converge to 0 on these meshes: its limit is between {} and {} of it, where {bound} ({of_what}) is \
-                 allowed; add finer meshes",
-                part(low.max(0.0)),
-                part(high.max(-low))
             ),
-            _ => "cannot be told to converge to 0 on so few meshes: three at least show it"
-                .to_owned(),
+            (_, Some([low, high])) if low < high => text!(
+                "cannot be told to converge to 0 on these meshes: its limit is between {} and {} of it, where {} ({}) is \
+                 allowed; add finer meshes",
+                at_least(low.max(0.0)),
+                at_most(high.max(-low)),
+                bound,
+                of_what
+            ),
+            _ => text!("cannot be told to converge to 0 on so few meshes: three at least show it"),
         }
     }
 }

@@ -223,7 +223,7 @@ fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Optio
         largest.fold(None, |most: Option<f64>, value| {
             Some(most.map_or(value, |most| most.max(value)))
         }),
-        found.map(|found| found.sentence()).or(words),
+        found.map(|found| found.sentence().to_string()).or(words),
     )
 }
 

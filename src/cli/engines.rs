@@ -11,6 +11,7 @@ use crate::engine::{self, Engine, Installation, Settings};
 use crate::report::console::{note, tell};
 use crate::report::model::{Block, Report, Suite, Table, TestCase, cells, count, short};
 use crate::report::{Output, deliver};
+use crate::text::{Text, text};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Result, distinct};
 use faceoff_mesh::io;
@@ -109,21 +110,29 @@ fn state(here: &Here) -> Result<Report<'_>> {
         .iter()
         .map(|s| {
             let problem = s.problem.as_ref().map(|p| format!("missing: {p}"));
-            cells![&s.engine, s.version.as_ref(), problem.or(s.doubt.clone())]
+            cells![
+                &s.engine,
+                s.version.as_ref(),
+                problem.or(s.doubt.clone()).map(|what| Text::message(&what))
+            ]
         })
         .collect();
     let Meshio { python, problem } = &here.meshio;
     let python = python.as_ref().map(|python| python.display().to_string());
     let problem = problem.as_ref().map(|what| format!("missing: {what}"));
-    rows.push(cells!["meshio", "", problem.or(python)]);
+    rows.push(cells![
+        "meshio",
+        "",
+        problem.or(python).map(|what| Text::message(&what))
+    ]);
     let head = ["engine", "version", "remark"];
-    report.blocks.push(Table::new("", &head).with(rows).into());
+    report.blocks.push(Table::new("", head).with(rows).into());
     let plan = engine::plan(&INSTALLED);
     if !plan.is_empty() {
         let lines = plan.iter().flat_map(Installation::typed);
         report
             .blocks
-            .push(Block::Text("`faceoff engines install` would type:".into()));
+            .push(Block::text(text!("`faceoff engines install` would type:")));
         report.blocks.push(Block::Commands(lines.collect()));
     }
     Ok(report)
@@ -180,15 +189,15 @@ fn conforms(checked: &Checked) -> Result<Report<'_>> {
     report.engines.push((checked.engine.clone(), version));
     let rows = checked.findings.iter().map(|f| {
         cells![
-            &f.about,
+            Text::message(&f.about),
             f.method.as_ref(),
             f.verdict,
             f.difference,
-            f.why.as_ref()
+            f.why.as_deref().map(Text::message)
         ]
     });
     let head = ["check", "method", "verdict", "difference", "why"];
-    let table = Table::new("Small cases with known answers", &head).with(rows);
+    let table = Table::new("Small cases with known answers", head).with(rows);
     report.blocks.push(Block::Page(vec![table.into()]));
     let cases = checked.findings.iter().map(|f| TestCase {
         class: checked.engine.clone(),

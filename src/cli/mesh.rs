@@ -77,7 +77,7 @@ fn done(written: &Written, inputs: Vec<PathBuf>, to: &Output) -> Result<()> {
     let mut report = Report::new(to.command, &title, headline, written)?;
     report.inputs = inputs;
     let mut blocks = holds(&written.holds);
-    blocks.push(Block::List(written.warnings.clone()));
+    blocks.push(Block::list(&written.warnings));
     report.blocks = vec![Block::Page(blocks)];
     // What is written may be standard output itself.
     let silent = Output {

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::DONE;
 use crate::report::model::{Report, Table, cells};
 use crate::report::{Output, deliver};
+use crate::text::{Text, text};
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::Result;
 
@@ -25,10 +26,13 @@ pub(super) fn run(to: &Output) -> Result<u8> {
     let told = Told { scenes };
     let question = "faceoff scenes: which scenes are built in?";
     let first: Vec<&str> = Scene::builtin_names().collect();
-    let headline = format!("`verify` runs {}; all others by name", first.join(", "));
+    let headline = text!("`verify` runs {}; all others by name", first.join(", "));
     let mut report = Report::new("scenes", question, headline, &told)?;
-    let rows = told.scenes.iter().map(|s| cells![s.name, &s.about]);
-    let table = Table::new("", &["scene", "what it is"]).with(rows);
+    let rows = told
+        .scenes
+        .iter()
+        .map(|s| cells![s.name, Text::message(&s.about)]);
+    let table = Table::new("", ["scene", "what it is"]).with(rows);
     report.blocks.push(table.into());
     deliver(&report, to)?;
     Ok(DONE)

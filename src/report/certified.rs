@@ -2,9 +2,8 @@
 
 use serde::Serialize;
 
-use super::model::{joined, percent, short};
-use super::number::number;
-use super::outward::{Digits, above, below, interval};
+use super::model::{joined, percent};
+use crate::text::{Digits, Text, above, at_most, below, interval, text};
 use faceoff_fem::certify::{Certificate, Numbers, OfPart, Parts, Target};
 
 /// Bounds of ‖∇u - …‖ for one target, and what they are made of.
@@ -68,32 +67,27 @@ impl Certified {
     }
 
     /// What is proved of u, a line each.
-    pub fn facts(&self) -> Vec<(&'static str, String)> {
-        let interval = |of: [f64; 2]| format!("in {}", interval(of, 9));
-        let mut facts = vec![("energy J(u)", interval(self.energy))];
+    pub fn facts(&self) -> Vec<(Text, Text)> {
+        let within = |of: [f64; 2]| Text::from(format!("in {}", interval(of, 9)));
+        let mut facts = vec![("energy J(u)".into(), within(self.energy))];
         let Some(numbers) = &self.numbers else {
             return facts;
         };
-        facts.extend(
-            numbers
-                .contact_force
-                .map(|of| ("contact force", interval(of))),
-        );
-        let of_parts = |what: &'static str, parts: &[OfPart]| {
+        let of_parts = |name: &str, parts: &[OfPart]| {
             let of_part = |of: &OfPart| match of.interval {
-                Some(of_part) => format!("{} {}", of.part, interval(of_part)),
+                Some(bounds) => format!("{} {}", of.part, within(bounds)),
                 None => format!("{} not known, as it meets another group", of.part),
             };
-            (!parts.is_empty()).then(|| (what, joined(parts.iter().map(of_part), "; ")))
+            let parts = joined(parts.iter().map(of_part), "; ");
+            (!parts.is_empty()).then(|| (name.into(), parts.into()))
         };
+        let force = numbers.contact_force;
+        facts.extend(force.map(|of| ("contact force".into(), within(of))));
         facts.extend(of_parts("contact force on", &numbers.contact_forces));
-        facts.extend(
-            numbers
-                .dirichlet_flux
-                .map(|of| ("flux on Γ_D", interval(of))),
-        );
+        let flux = numbers.dirichlet_flux;
+        facts.extend(flux.map(|of| (text!("flux on Γ_D"), within(of))));
         facts.extend(of_parts("flux on", &numbers.dirichlet_fluxes));
-        facts.push(("mean of u", interval(numbers.mean)));
+        facts.push(("mean of u".into(), within(numbers.mean)));
         facts.extend(of_parts("mean of u over", &numbers.means));
         if let Some(contact) = &numbers.contact {
             // Less of Γ_C, and longer windows.
@@ -108,15 +102,14 @@ impl Certified {
                 let inside = inside(t.from, t.to);
                 format!("in every window of length {window:.4} in {inside}")
             });
-            let or_none = |words: String| {
-                if words.is_empty() {
-                    "nowhere".into()
-                } else {
-                    words
-                }
+            let or_none = |words: String| match words.is_empty() {
+                true => Text::from("nowhere"),
+                false => words.into(),
             };
-            facts.push(("free for certain", or_none(joined(free, ", "))));
-            facts.push(("contact for certain", or_none(joined(touched, "; "))));
+            let free = or_none(joined(free, ", "));
+            let touched = or_none(joined(touched, "; "));
+            facts.push(("free for certain".into(), free));
+            facts.push(("contact for certain".into(), touched));
         }
         facts
     }
@@ -136,7 +129,7 @@ impl Certified {
 
     /// The bound, with three digits.
     pub fn short(&self) -> String {
-        short(above(self.upper, Digits::Counting(3)))
+        at_most(self.upper, 3)
     }
 
     /// One line.
@@ -154,7 +147,7 @@ impl Certified {
         };
         format!(
             "the error {of} is at most {}{relative}; ‖∇u‖ is in {}",
-            number(above(self.upper, Digits::Counting(5)), 5),
+            at_most(self.upper, 5),
             interval(self.gradient, 7)
         )
     }
@@ -221,7 +214,11 @@ mod tests {
             "the error of ∇u is at most 0.199 % of ‖∇u‖"
         );
         assert_eq!(certified.short(), "0.00308");
-        let facts: Vec<String> = certified.facts().into_iter().map(|fact| fact.1).collect();
+        let facts: Vec<String> = certified
+            .facts()
+            .into_iter()
+            .map(|fact| fact.1.to_string())
+            .collect();
         assert_eq!(
             facts,
             [

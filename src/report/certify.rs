@@ -7,10 +7,10 @@ use serde::Serialize;
 use super::certified::Certified;
 use super::html;
 use super::model::{Block, Cell, Report, Todo, percent, short, table};
-use super::number::{number, place};
-use super::outward::{Digits, above, below, interval};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
+use crate::text::number::place;
+use crate::text::{Number, Text, at_least, at_most, interval, text};
 use faceoff_fem::certify::{Certificate, Target};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
@@ -77,64 +77,66 @@ pub fn certify<'a>(
     report.inputs = inputs;
     report.digests.push(("the mesh".into(), mesh.digest()));
     let between = |of: [f64; 2]| format!("in {}", interval(of, 7));
-    let at_most = |of: f64| format!("at most {}", number(above(of, Digits::Counting(7)), 7));
+    let most = |of: f64| format!("at most {}", at_most(of, 7));
     let Certified { bounds, parts, .. } = c;
     let sizes = format!(
         "{} cells, {} faces, {} dofs",
         told.cells, told.faces, told.dofs
     );
-    let mut facts = vec![
-        ("result", told.result.clone()),
-        ("understood as", told.understood.sentence()),
-        ("mesh", sizes),
-        ("‖∇u-∇u_h‖", between([c.lower, c.upper])),
-        ("‖∇u‖", between(c.gradient)),
-        ("‖∇u-G‖, G the averaged gradient", at_most(bounds.g)),
-        ("‖∇u-∇v‖, v admissible", at_most(bounds.v)),
-        (
-            "made of",
-            format!(
-                "misfit {}, contact {}, oscillation {}, not known of the data {}",
-                short(parts.misfit),
-                short(parts.contact),
-                short(parts.oscillation),
-                short(parts.unknown)
-            ),
-        ),
+    let understood = Text::message(&told.understood.sentence());
+    let made_of = format!(
+        "misfit {}, contact {}, oscillation {}, not known of the data {}",
+        short(parts.misfit),
+        short(parts.contact),
+        short(parts.oscillation),
+        short(parts.unknown)
+    );
+    let boundary = told.boundary_off.map(|off| {
+        let off = Number::new(off, 2);
+        let what = text!("boundary values were off by up to {} and taken as g", off);
+        (text!("on Γ_D"), what)
+    });
+    let fact = |name: &str, fact: String| (Text::from(name), Text::from(fact));
+    let mut proved = vec![
+        fact("mesh", sizes),
+        fact("‖∇u-∇u_h‖", between([c.lower, c.upper])),
+        fact("‖∇u‖", between(c.gradient)),
+        fact("‖∇u-G‖, G the averaged gradient", most(bounds.g)),
+        fact("‖∇u-∇v‖, v admissible", most(bounds.v)),
     ];
-    facts.extend(c.facts());
-    facts.extend(told.boundary_off.map(|off| {
-        let what = format!("boundary values were off by up to {off:.1e} and taken as g");
-        ("on Γ_D", what)
-    }));
+    let first = [
+        fact("result", told.result.clone()),
+        ("understood as".into(), understood),
+    ];
+    let last = c.facts().into_iter().chain(boundary);
+    let of_parts = [fact("made of", made_of)].into_iter();
+    let facts = first.into_iter().chain(proved.clone());
+    let facts: Vec<_> = facts.chain(of_parts).chain(last.clone()).collect();
     // The rest stands in the lede.
-    let mut told_facts = facts.clone();
-    told_facts.retain(|(name, _)| !["result", "understood as", "made of"].contains(name));
+    proved.extend(last);
     let name = told.result.rsplit('/').next().unwrap_or(&told.result);
     report.claim = match c.percent() {
-        Some(percent) => format!("The error of **{name}** is at most {percent} of ‖∇u‖"),
-        None => format!(
-            "The error of **{name}** is at most {} in the energy norm",
+        Some(percent) => text!("The error of **{}** is at most {} of ‖∇u‖", name, percent),
+        None => text!(
+            "The error of **{}** is at most {} in the energy norm",
+            name,
             c.short()
         ),
     };
-    report.lede = format!(
+    report.lede = text!(
         "Proved, whatever made the field: ‖∇u − ∇u_h‖ is between {} and **{}**, and ‖∇u‖ between {} and {}. It is made of misfit {}, contact {} \
          and oscillation {}.",
-        short(below(c.lower, Digits::Counting(3))),
+        at_least(c.lower, 3),
         c.short(),
-        short(below(c.gradient[0], Digits::Counting(3))),
-        short(above(c.gradient[1], Digits::Counting(3))),
+        at_least(c.gradient[0], 3),
+        at_most(c.gradient[1], 3),
         short(parts.misfit),
         short(parts.contact),
         short(parts.oscillation)
     );
     report.lead.push(Block::Html(Box::new(move || {
         let map = html::cells(mesh, &certificate.local, "what each cell adds to the bound");
-        Ok(html::beside([
-            ("c6", map),
-            ("c6", html::known(&told_facts)),
-        ]))
+        Ok(html::beside([("c6", map), ("c6", html::known(&proved))]))
     })));
     let asked = c.relative.map(|r| format!("{:.1e}", 0.5 * r));
     report.next = asked
@@ -151,14 +153,14 @@ pub fn certify<'a>(
         .collect();
     let what = "A theorem, not an estimate: any field has this bound, of any code; rounding and quadrature are within it.";
     report.notes.push(what.into());
-    report.notes.push(format!(
+    report.notes.push(text!(
         "The field was read as {}.",
-        told.understood.sentence()
+        Text::message(&told.understood.sentence())
     ));
     report.blocks = vec![
         Block::Terminal(vec![Block::facts(facts)]),
         Block::Page(vec![
-            Block::Heading(2, "Where it comes from".into()),
+            Block::heading(2, "Where it comes from"),
             worst(mesh, certificate).into(),
         ]),
     ];
@@ -179,7 +181,7 @@ fn worst(mesh: &Triangulation, certificate: &Certificate) -> super::model::Table
         "cell" => cell,
         "centroid" => place(&centroid(mesh, cell)[..mesh.dim]),
         "adds" => certificate.part(cell),
-        "of all squares" => Cell::Number(local[cell] / all, percent(local[cell] / all)),
+        "of all squares" => Cell::number(local[cell] / all, percent(local[cell] / all)),
     )
 }
 

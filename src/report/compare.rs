@@ -4,10 +4,13 @@ use std::cmp::Ordering;
 
 use super::difference::write_differences;
 use super::html;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, count, table, word};
-use super::number::{number, place, size, whole};
+use super::model::{
+    Block, Cell, Report, Suite, Table, TestCase, Todo, count, sentence, table, word,
+};
 use super::verify::{rests_on, why, worst};
 use crate::engine::unique;
+use crate::text::number::{number, place, size, whole};
+use crate::text::{Number, Text, text};
 use faceoff_judge::{
     ComparedField, Comparison, Comparisons, Intersection, MatchBy, Norms, On, Part, Verdict,
 };
@@ -48,24 +51,26 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
         MatchBy::Coordinates => "coordinates",
         MatchBy::Functions => "nothing: as functions on the intersection of the meshes",
     };
-    report.notes = vec![format!(
-        "Agrees where |a − b| ≤ atol + rtol × the largest value of the field; matched by {map}. a is `{}`, b is `{}`.",
-        comparison.a, comparison.b
+    report.notes = vec![text!(
+        "Agrees where |a − b| ≤ atol + rtol × the largest value of the field; matched by {}. a is `{}`, b is `{}`.",
+        map,
+        &comparison.a,
+        &comparison.b
     )];
     let mut facts = vec![
-        ("a", comparison.a.clone()),
-        ("b", comparison.b.clone()),
-        ("matched by", map.to_owned()),
+        ("a", Text::from(&comparison.a)),
+        ("b", Text::from(&comparison.b)),
+        ("matched by", Text::from(map)),
     ];
     let common: Vec<_> = comparison.intersection.iter().flat_map(covered).collect();
     facts.extend(common.iter().cloned());
-    facts.extend(comparison.notes.iter().map(|note| ("note", note.clone())));
+    facts.extend(comparison.notes.iter().map(|note| ("note", note.into())));
     let about = "A dot is the largest difference of a field; the dashed lines are the tolerances. Norms are relative to the larger one of the two.";
     report.blocks = vec![
         Block::Terminal(vec![Block::facts(facts), fields_table(comparison).into()]),
         Block::Page(vec![
-            Block::Heading(2, "One row per field".into()),
-            Block::Text(about.into()),
+            Block::heading(2, "One row per field"),
+            Block::text(about),
             Block::Html(Box::new(move || Ok(html::by_field(comparison)))),
         ]),
     ];
@@ -98,7 +103,7 @@ fn telling(f: &ComparedField, g: &ComparedField) -> Ordering {
 }
 
 /// Which fields differ, and where.
-fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> String {
+fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Text {
     let mut wrong = wrong.to_vec();
     wrong.sort_by_key(|f| f.field.verdict == Verdict::Undetermined);
     let names: Vec<&str> = wrong.iter().map(|f| &*f.field.field).collect();
@@ -108,36 +113,46 @@ fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Strin
         let (first, rest) = (names.iter().take(2), names.len().saturating_sub(2));
         let first = first.copied().collect::<Vec<_>>().join(", ");
         return match rest {
-            0 => format!("**{first}** cannot be judged"),
-            rest => format!("**{first}** and {rest} more of {all} fields cannot be judged"),
+            0 => text!("**{}** cannot be judged", first),
+            rest => text!(
+                "**{}** and {} more of {} fields cannot be judged",
+                first,
+                rest,
+                all
+            ),
         };
     }
     match (&names[..], wrong.first()) {
         ([], _) => {
             let fields = if all == 1 {
-                "one field".to_owned()
+                "one field".into()
             } else {
-                format!("all {all} fields")
+                text!("all {} fields", all)
             };
-            format!(
-                "{} and {} **{word}** in {fields}",
+            text!(
+                "{} and {} **{}** in {}",
                 name(&comparison.a),
-                name(&comparison.b)
+                name(&comparison.b),
+                word,
+                fields
             )
         }
         ([one], of) => match of.map(|of| (&of.field, &of.field.worst)) {
             Some((field, _)) if field.verdict == Verdict::Undetermined => {
-                format!("**{one}** cannot be judged")
+                text!("**{}** cannot be judged", one)
             }
             Some((field, Some(worst))) if field.max_abs != 0.0 && !worst.midpoint.is_empty() => {
-                format!("**{one}** differs, most at {}", place(&worst.midpoint))
+                text!("**{}** differs, most at {}", one, place(&worst.midpoint))
             }
-            _ => format!("**{one}** differs"),
+            _ => text!("**{}** differs", one),
         },
-        ([one, two], _) => format!("**{one} and {two}** differ"),
-        ([one, two, rest @ ..], _) => format!(
-            "**{one}, {two}** and {} more of {all} fields differ",
-            rest.len()
+        ([one, two], _) => text!("**{} and {}** differ", one, two),
+        ([one, two, rest @ ..], _) => text!(
+            "**{}, {}** and {} more of {} fields differ",
+            one,
+            two,
+            rest.len(),
+            all
         ),
     }
 }
@@ -151,34 +166,28 @@ fn lede(
     comparison: &Comparison,
     wrong: &[&ComparedField],
     farthest: Option<&ComparedField>,
-) -> String {
-    let mut told = Vec::new();
+) -> Text {
+    let mut told: Vec<Text> = Vec::new();
     if let Some(ComparedField { field, .. }) = farthest {
         told.push(match &field.reason {
-            Some(reason) => format!("`{}`: {reason}.", field.field),
+            Some(reason) => text!("`{}`: {}.", &field.field, reason),
             None => {
-                let values = field.worst.as_ref().map_or(String::new(), |w| {
-                    format!(" There a has {} and b {}.", number(w.a, 6), number(w.b, 6))
+                let values = field.worst.as_ref().map_or(Text::default(), |w| {
+                    text!(" There a has {} and b {}.", number(w.a, 6), number(w.b, 6))
                 });
                 let times = field.max_rel / field.tolerance;
                 let times = match times.is_finite() {
-                    true => format!(", {} times the tolerance", number(times, 2)),
-                    false => String::new(),
+                    true => text!(", {} times the tolerance", number(times, 2)),
+                    false => Text::default(),
                 };
-                format!(
-                    "`{}` differs by **{} of its largest value**{times}, and beyond it in {} of {} values.{values}",
-                    field.field,
-                    size(field.max_rel),
-                    whole(field.beyond),
-                    whole(field.faces)
-                )
+                text!("`{}` differs by **{} of its largest value**{}, and beyond it in {} of {} values.{}", &field.field, size(field.max_rel), times, whole(field.beyond), whole(field.faces), values)
             }
         });
         let others = comparison.fields.len() - wrong.len();
         if others > 0 {
             told.push(match others {
                 1 => "The other field agrees.".into(),
-                _ => format!("The other {others} fields agree."),
+                _ => text!("The other {} fields agree.", others),
             });
         }
     } else {
@@ -189,7 +198,7 @@ fn lede(
             .fold(0.0, f64::max);
         told.push(match largest {
             0.0 => "All values are the same, to the last bit.".into(),
-            largest => format!("The largest difference is **{}** of the largest value of its field. No value is missing, none is not a number.", size(largest)),
+            largest => text!("The largest difference is **{}** of the largest value of its field. No value is missing, none is not a number.", size(largest)),
         });
     }
     if comparison.identical {
@@ -199,20 +208,18 @@ fn lede(
         comparison
             .notes
             .iter()
-            .map(|note| format!("{}.", note.trim_end_matches('.'))),
+            .map(|note| Text::message(&sentence(note))),
     );
-    told.join(" ")
+    Text::joined(told, " ")
 }
 
 /// What to do about fields that differ.
 fn next(comparison: &Comparison, farthest: &ComparedField, has_differences: bool) -> Vec<Todo> {
-    let none: [&str; 0] = [];
     let mut steps = Vec::new();
     if has_differences {
-        steps.push(Todo::new(
-            "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field.",
-            none,
-        ));
+        steps.push(Todo::only(text!(
+            "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field."
+        )));
     }
     let b = &comparison.b;
     steps.push(Todo::new(
@@ -260,36 +267,40 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     report.verdict = Some((all.verdict, verdict));
     report.claim = claim_of_many(all, verdict);
     report.lede = match all.worst() {
-        Some((part, of)) if !part.verdict.passes() && of.field.reason.is_none() => format!(
+        Some((part, of)) if !part.verdict.passes() && of.field.reason.is_none() => text!(
             "Farthest from agreement is **{}**: `{}` differs by {} of its largest value, {} times the tolerance.",
             part.title(),
-            of.field.field,
+            &of.field.field,
             size(of.field.max_rel),
             number(of.factor(), 2)
         ),
-        _ => String::new(),
+        _ => Text::default(),
     };
     report
         .lead
         .push(Block::Html(Box::new(move || Ok(html::steps(all)))));
-    let mut facts = vec![("a", all.a.clone()), ("b", all.b.clone())];
+    let mut facts = vec![("a", Text::from(&all.a)), ("b", Text::from(&all.b))];
     facts.extend(all.worst().map(|(part, of)| {
         let name = &of.field.field;
         (
             "worst",
-            format!("{}, `{name}`: {}", part.title(), why(&of.field)),
+            text!("{}, `{}`: {}", part.title(), name, why(&of.field)),
         )
     }));
-    facts.extend(all.notes.iter().map(|note| ("note", note.clone())));
+    facts.extend(all.notes.iter().map(|note| ("note", note.into())));
     report
         .blocks
         .push(Block::Terminal(vec![Block::facts(facts)]));
     report.blocks.push(parts_table(all).into());
-    report.notes = all.notes.iter().map(|note| format!("{note}.")).collect();
+    report.notes = all
+        .notes
+        .iter()
+        .map(|note| Text::message(&sentence(note)))
+        .collect();
     if let Some((part, comparison, of_a)) = farthest(all) {
         let shown = comparison.fields.iter().max_by(|f, g| telling(f, g));
         report.blocks.push(Block::Page(vec![
-            Block::Heading(2, format!("Farthest from agreement: {}", part.title())),
+            Block::heading(2, format!("Farthest from agreement: {}", part.title())),
             Block::Html(Box::new(move || {
                 let compared = shown.and_then(|of| html::Compared::new(comparison, of_a, of));
                 Ok(compared.map_or_else(html::Html::default, |compared| {
@@ -305,7 +316,7 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     }
     for part in all.parts.iter().filter(|part| !part.verdict.passes()) {
         if let Some(comparison) = &part.comparison {
-            report.blocks.push(Block::Heading(2, part.title()));
+            report.blocks.push(Block::heading(2, part.title()));
             report.blocks.push(fields_table(comparison).into());
         }
     }
@@ -326,7 +337,7 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
 }
 
 /// How many parts do not agree, and in what.
-fn claim_of_many(all: &Comparisons, word: &str) -> String {
+fn claim_of_many(all: &Comparisons, word: &str) -> Text {
     let in_time = all.parts.iter().all(|part| part.name.is_empty());
     let count = |n: usize| match in_time {
         true => count(n, "time"),
@@ -334,10 +345,11 @@ fn claim_of_many(all: &Comparisons, word: &str) -> String {
     };
     let failed: Vec<&Part> = all.parts.iter().filter(|p| !p.verdict.passes()).collect();
     if failed.is_empty() {
-        return format!(
-            "{} and {} **{word}** in all {}",
+        return text!(
+            "{} and {} **{}** in all {}",
             name(&all.a),
             name(&all.b),
+            word,
             count(all.parts.len())
         );
     }
@@ -351,16 +363,18 @@ fn claim_of_many(all: &Comparisons, word: &str) -> String {
     let what = match names[..] {
         [] => {
             let of = count(all.parts.len());
-            return format!("**{} of {of}** could not be compared", failed.len());
+            return text!("**{} of {}** could not be compared", failed.len(), of);
         }
-        [one] => format!("**{one}** differs"),
-        [one, two] => format!("**{one} and {two}** differ"),
-        [one, two, ..] => format!(
-            "**{one}, {two}** and {} more fields differ",
+        [one] => text!("**{}** differs", one),
+        [one, two] => text!("**{} and {}** differ", one, two),
+        [one, two, ..] => text!(
+            "**{}, {}** and {} more fields differ",
+            one,
+            two,
             names.len() - 2
         ),
     };
-    format!("{what} in {} of {}", failed.len(), count(all.parts.len()))
+    text!("{} in {} of {}", what, failed.len(), count(all.parts.len()))
 }
 
 /// The part that is farthest from agreement, with the first of its results; none where all are equal.
@@ -398,17 +412,20 @@ fn parts_table(all: &Comparisons) -> Table {
 }
 
 /// What the meshes have in common, and what not.
-fn covered(found: &Intersection) -> Vec<(&'static str, String)> {
+fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
     let of = |k: usize| {
         let part = found.alone[k] / found.measures[k];
         let curved = match found.curved[k] {
-            0 => String::new(),
-            many => format!(", {} taken as straight pieces", count(many, "curved cell")),
+            0 => Text::default(),
+            many => text!(", {} taken as straight pieces", count(many, "curved cell")),
         };
         let cells = count(found.cells[k], "cell");
-        format!(
-            "{cells}, measure {}; {part:.3e} of it alone{curved}",
-            size(found.measures[k])
+        text!(
+            "{}, measure {}; {} of it alone{}",
+            cells,
+            size(found.measures[k]),
+            Number::new(part, 4),
+            curved
         )
     };
     let exact = match found.exact {
@@ -418,14 +435,13 @@ fn covered(found: &Intersection) -> Vec<(&'static str, String)> {
     vec![
         ("mesh of a", of(0)),
         ("mesh of b", of(1)),
-        ("in common", format!("{}: {exact}", size(found.common))),
+        ("in common", text!("{}: {}", size(found.common), exact)),
     ]
 }
 
 /// One line a field.
 fn fields_table(comparison: &Comparison) -> Table {
     let on = |of: &ComparedField| format!("{:?}", of.on).to_lowercase();
-    let given = |value: f64| Cell::Number(value, number(value, 2));
     let remark = |of: &ComparedField| {
         let carriers = match of.on {
             On::Functions | On::Domain => "cells".to_owned(),
@@ -449,8 +465,8 @@ fn fields_table(comparison: &Comparison) -> Table {
         "L2" => norm(of, |n| Some((n.l2, n.l2_scale))),
         "H1" => norm(of, |n| n.h1.zip(n.h1_scale)),
         "scale" => of.scale,
-        "rtol" => given(of.rtol),
-        "atol" => given(of.atol),
+        "rtol" => Cell::size(of.rtol),
+        "atol" => Cell::size(of.atol),
         "worst" => worst(&of.field),
         "verdict" => of.field.verdict,
         "remark" => remark(of),

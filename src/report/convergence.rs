@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::html::{Axis, Chart, Line, Slope, charts};
 use super::model::{Block, Cell, Figure, Report, Table, joined, table};
-use super::number::power_of_ten;
 use crate::campaigns::convergence::{Convergence, Order};
+use crate::text::number::superscript;
+use crate::text::{Text, text};
 use faceoff_mesh::error::Result;
 
 /// As JSON has it.
@@ -23,13 +24,10 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
         of.fit
             .map_or("none".to_owned(), |fit| format!("{:.2}", fit.exponent))
     };
-    let headline = joined(
+    let headline = Text::joined(
         all.iter().map(|of| {
-            let h1 = of
-                .h1
-                .as_ref()
-                .map_or(String::new(), |h1| format!(", {} in H¹", named(h1)));
-            format!("`{}` has order {} in L²{h1}", of.field, named(&of.l2))
+            let h1 = of.h1.as_ref().map(|h1| format!(", {} in H¹", named(h1)));
+            text!("`{}` has order {} in L²{}", &of.field, named(&of.l2), h1)
         }),
         "; ",
     );
@@ -40,9 +38,9 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
         report.blocks.push(levels_table(of).into());
         let picture = Figure {
             name: format!("orders-{}", of.field),
-            caption: format!(
+            caption: text!(
                 "**Errors of {}** over h. Dotted: the nearest whole order",
-                of.field
+                &of.field
             ),
             picture: Box::new(|width| charts("errors over h", &panels(of), width)),
         };
@@ -80,7 +78,7 @@ fn orders_table(all: &[Convergence]) -> Table {
 
 /// One line a result.
 fn levels_table(of: &Convergence) -> Table {
-    table!(format!("Errors of `{}`", of.field), &of.levels, |level|
+    table!(text!("Errors of `{}`", &of.field), &of.levels, |level|
         "result" => &level.file,
         "cells" => level.cells,
         "h" => level.h,
@@ -100,9 +98,9 @@ fn panels(of: &Convergence) -> Vec<Chart> {
             .fit
             .map(|fit| fit.exponent.round())
             .filter(|p| *p >= 1.0);
-        let name = |p: f64| match power_of_ten(p as i32).strip_prefix("10") {
-            Some(raised) if p != 1.0 => format!("h{raised}"),
-            _ => "h".to_owned(),
+        let name = |p: f64| match p as i32 {
+            1 => "h".to_owned(),
+            p => format!("h{}", superscript(p)),
         };
         let fit = order.fit.map(|fit| format!("order {:.2}", fit.exponent));
         let line = Line::new(&fit.unwrap_or_default(), 0, errors);

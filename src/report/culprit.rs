@@ -1,60 +1,40 @@
 //! What is wrong in one sentence, what that rests on, and what to do next.
 
-use super::headline::{culprit, settled};
-use super::model::count;
-use super::number::{number, place, share, size, whole};
-use super::verify::label;
-use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome, telling};
+use super::headline::settled;
+use super::model::{count, sentence};
+use crate::campaigns::verify::{VerifyOutcome, telling};
 use crate::engine::unique;
 use crate::run::Failure;
-use crate::why::{self, Diagnosis, Explanation, Findings, Spot};
+use crate::text::number::{number, place, share, size, whole};
+use crate::text::{Text, at_most, text};
+use crate::why::{self, Diagnosis, Explanation, Findings};
 use faceoff_judge::Verdict;
 
-/// More words than these do not make a headline.
-const BRIEF: usize = 90;
-
 /// `**name:** γ is 1 % too large on one contact face`
-pub(super) fn claim(name: &str, found: &Findings) -> String {
+pub(super) fn claim(name: &str, found: &Findings) -> Text {
     if let Some(culprit) = found.culprit() {
-        return format!("**{name}:** {}", in_short(culprit));
+        return text!("**{}:** {}", name, in_short(culprit));
     }
     let place = match found.worst.first() {
-        Some(_) if 2 * found.failing > found.rows => " nearly anywhere".to_owned(),
-        Some(spot) => format!(" at {}", carrier(spot)),
-        None => String::new(),
+        Some(_) if 2 * found.failing > found.rows => " nearly anywhere".into(),
+        Some(spot) => text!(" at {}", spot.carrier()),
+        None => Text::default(),
     };
-    format!("**{name}** does not solve the scheme{place}")
+    text!("**{}** does not solve the scheme{}", name, place)
 }
 
 /// An explanation without places and digits.
-fn in_short(of: &Explanation) -> String {
-    let is_gamma = of.ingredient == "γ";
+fn in_short(of: &Explanation) -> Text {
+    let is_gamma = of.is_gamma();
     let on = match of.at.len() {
-        0 => "on all contact faces".to_owned(),
-        1 => "on one contact face".to_owned(),
-        more => format!("on {} contact faces", whole(more)),
+        0 => "on all contact faces".into(),
+        1 => "on one contact face".into(),
+        more => text!("on {} contact faces", whole(more)),
     };
     match of.factor {
-        Some(factor) if is_gamma => format!("γ is {} {on}", too_much(factor)),
-        None if is_gamma => format!("γ is wrong {on}"),
-        _ => {
-            // Up to the first place that it names.
-            let named = [
-                " on face ",
-                " on edge ",
-                " on vertex ",
-                ", face ",
-                ", as when ",
-                ", as after ",
-            ];
-            let ends = named.iter().filter_map(|word| of.what.find(word));
-            let end = ends.min().unwrap_or(of.what.len());
-            let what = &of.what[..end];
-            match what.char_indices().nth(BRIEF) {
-                Some((end, _)) => format!("{}…", &what[..end]),
-                None => what.to_owned(),
-            }
-        }
+        Some(factor) if is_gamma => text!("γ is {} {}", too_much(factor), on),
+        None if is_gamma => text!("γ is wrong {}", on),
+        _ => of.brief.clone(),
     }
 }
 
@@ -69,38 +49,30 @@ fn too_much(factor: f64) -> String {
     }
 }
 
-/// `face [6, 7]`
-pub(super) fn carrier(spot: &Spot) -> String {
-    let kind = match spot.vertices.len() {
-        1 => "vertex",
-        n if n == spot.midpoint.len() => "face",
-        _ => "edge",
-    };
-    format!("{kind} {:?}", spot.vertices)
-}
-
 /// How many equations a field fails, and with what change none.
-pub(super) fn equations(found: &Findings, of: &str) -> String {
-    let most = found.worst.first().map_or(String::new(), |spot| {
-        format!(
+pub(super) fn equations(found: &Findings, of: &str) -> Text {
+    let most = found.worst.first().map_or(Text::default(), |spot| {
+        text!(
             ", most that of {} at {}",
-            carrier(spot),
+            spot.carrier(),
             place(&spot.midpoint)
         )
     });
-    let fails = format!(
-        "It fails **{} of {} equations** of {of}{most}.",
+    let fails = text!(
+        "It fails **{} of {} equations** of {}{}.",
         whole(found.failing),
-        whole(found.rows)
+        whole(found.rows),
+        of,
+        most
     );
     let change = match found.culprit() {
         Some(culprit) => {
             let with = match (culprit.factor, &culprit.at[..]) {
-                (Some(factor), [spot]) if culprit.ingredient == "γ" => {
-                    format!("With **{} γ on {}**", number(factor, 5), carrier(spot))
+                (Some(factor), [spot]) if culprit.is_gamma() => {
+                    text!("With **{} γ on {}**", number(factor, 5), spot.carrier())
                 }
-                (Some(factor), []) if culprit.ingredient == "γ" => {
-                    format!(
+                (Some(factor), []) if culprit.is_gamma() => {
+                    text!(
                         "With **{} γ**",
                         number(
                             factor,
@@ -110,31 +82,36 @@ pub(super) fn equations(found: &Findings, of: &str) -> String {
                 }
                 _ => "With this one change".into(),
             };
-            format!(
-                "{with} it solves them all: the residual falls from {} to {}.",
+            text!(
+                "{} it solves them all: the residual falls from {} to {}.",
+                with,
                 size(found.residual),
                 size(culprit.left)
             )
         }
         None => {
             let suspects = found.terms.iter().filter(|t| t.suspect);
-            let suspects: Vec<&str> = suspects.map(|t| why::name(t.term)).collect();
+            let suspects = suspects.map(|t| Text::strong(why::name(t.term)));
+            let suspects: Vec<Text> = suspects.collect();
             let nearest = found
                 .explanations
                 .first()
                 .filter(|e| e.left < 0.1 * found.residual);
             let more = match (nearest, &suspects[..]) {
-                (Some(e), _) => format!("; the nearest, {}, leaves {}", in_short(e), size(e.left)),
-                (None, []) => String::new(),
-                (None, some) => format!("; all that fail contain **{}**", some.join("** or **")),
+                (Some(e), _) => text!("; the nearest, {}, leaves {}", in_short(e), size(e.left)),
+                (None, []) => Text::default(),
+                (None, some) => {
+                    text!("; all that fail contain {}", Text::joined(some, " or "))
+                }
             };
-            format!(
-                "The residual is {}, and no single change of the scheme explains it{more}.",
-                size(found.residual)
+            text!(
+                "The residual is {}, and no single change of the scheme explains it{}.",
+                size(found.residual),
+                more
             )
         }
     };
-    format!("{fails} {change}")
+    text!("{} {}", fails, change)
 }
 
 /// A few words for a number of things.
@@ -155,78 +132,56 @@ fn listed(names: &[&str]) -> String {
     }
 }
 
-/// The engines that answered anything.
-fn names(outcome: &VerifyOutcome) -> Vec<&str> {
-    unique(
-        outcome
-            .cases
-            .iter()
-            .flat_map(|c| &c.engines)
-            .map(|e| &*e.engine),
-    )
-}
-
-/// Those whose answers do not all solve their schemes.
-pub(super) fn at_fault(outcome: &VerifyOutcome) -> Vec<&str> {
-    let answers = outcome.cases.iter().flat_map(|c| &c.engines);
-    unique(answers.filter(|e| !e.verdict.passes()).map(|e| &*e.engine))
-}
-
-/// The first case whose answers differ although each solves the scheme.
-pub(super) fn differing(outcome: &VerifyOutcome) -> Option<&CaseOutcome> {
-    outcome
-        .cases
-        .iter()
-        .find(|case| !case.verdict.passes() && !case.pairs.is_empty())
-}
-
 /// What stands first on the page of `verify`.
-pub(super) fn claim_of(outcome: &VerifyOutcome, word: &str) -> String {
-    if let Some((case, engine)) = culprit(outcome) {
+pub(super) fn claim_of(outcome: &VerifyOutcome, word: &str) -> Text {
+    if let Some((case, engine)) = outcome.culprit() {
         if case.engines.len() > 1 && case.engines.iter().all(|e| !e.converged) {
-            return format!(
+            return text!(
                 "**No code converged** in {}",
                 count(engine.iterations, "step")
             );
         }
         return match &engine.findings {
             _ if !engine.finite => {
-                format!("**{}** gives values that are not finite", engine.engine)
+                text!("**{}** gives values that are not finite", &engine.engine)
             }
             Some(found) if !found.solves() => claim(&engine.engine, found),
             _ if !engine.converged => {
-                format!(
+                text!(
                     "**{}** did not converge in {}",
-                    engine.engine,
+                    &engine.engine,
                     count(engine.iterations, "step")
                 )
             }
-            _ => format!("**{}** does not solve the scheme", engine.engine),
+            _ => text!("**{}** does not solve the scheme", &engine.engine),
         };
     }
     if outcome.verdict.passes() {
         let cases = match outcome.cases.len() {
-            1 => format!("in {}", label(&outcome.cases[0])),
+            1 => text!("in {}", outcome.cases[0].label()),
             2 => "in both cases".into(),
-            all => format!("in all {} cases", whole(all)),
+            all => text!("in all {} cases", whole(all)),
         };
         let rounding = if word == "agree" { ", to rounding" } else { "" };
-        return format!(
-            "{} codes **{word}** {cases}{rounding}",
-            counted(names(outcome).len())
+        return text!(
+            "{} codes **{}** {}{}",
+            counted(outcome.engines().len()),
+            word,
+            cases,
+            rounding
         );
     }
     if outcome.verdict == Verdict::Several {
-        return "**Several solutions:** no code is wrong, and the scheme has more than one".into();
+        return text!("**Several solutions:** no code is wrong, and the scheme has more than one");
     }
-    if let Some(case) = differing(outcome) {
+    if let Some(case) = outcome.differing() {
         let apart: Vec<&str> = unique(
             case.pairs
                 .iter()
                 .filter(|p| !p.field.verdict.passes())
                 .flat_map(|p| [&*p.a, &*p.b]),
         );
-        return format!(
+        return text!(
             "**{}** differ, though each solves the scheme",
             listed(&apart)
         );
@@ -234,10 +189,10 @@ pub(super) fn claim_of(outcome: &VerifyOutcome, word: &str) -> String {
     let silent = unique(outcome.failures.iter().map(|f| &*f.engine));
     match &silent[..] {
         [] if outcome.verdict == Verdict::Disagree => {
-            "**The certified bounds** of two methods do not fit together".into()
+            text!("**The certified bounds** of two methods do not fit together")
         }
-        [] => "**There is nothing to compare**: fewer than two codes answered".into(),
-        some => format!("**{}** gave no answer", listed(some)),
+        [] => text!("**There is nothing to compare**: fewer than two codes answered"),
+        some => text!("**{}** gave no answer", listed(some)),
     }
 }
 
@@ -246,23 +201,23 @@ pub(super) fn lede_of(
     outcome: &VerifyOutcome,
     diagnoses: &[Diagnosis],
     missing: &[Failure],
-) -> String {
-    let mut told = Vec::new();
-    let fault = at_fault(outcome);
-    if let Some((case, engine)) = culprit(outcome) {
+) -> Text {
+    let mut told: Vec<Text> = Vec::new();
+    let fault = outcome.at_fault();
+    if let Some((case, engine)) = outcome.culprit() {
         match &engine.findings {
-            Some(found) => told.push(equations(found, &label(case))),
+            Some(found) => told.push(equations(found, &case.label())),
             None => {
                 let lost = engine.answer.u.iter().filter(|u| !u.is_finite()).count();
                 told.push(match lost {
-                    0 => format!(
+                    0 => text!(
                         "In {} the last increment is {}.",
-                        label(case),
+                        case.label(),
                         size(engine.increments.last().copied().unwrap_or(f64::NAN))
                     ),
-                    lost => format!(
+                    lost => text!(
                         "In {} **{} of {} values** are not finite.",
-                        label(case),
+                        case.label(),
                         whole(lost),
                         whole(case.dofs)
                     ),
@@ -270,29 +225,26 @@ pub(super) fn lede_of(
             }
         }
     } else if let Some(why) = settled(outcome) {
-        let (first, rest) = why.split_at(1);
-        told.push(format!("{}{rest}.", first.to_uppercase()));
-    } else if let Some(case) = differing(outcome) {
+        told.push(text!("{}.", why.capitalised()));
+    } else if let Some(case) = outcome.differing() {
         let why = diagnoses.iter().map(Diagnosis::sentence).next();
-        let why = why.unwrap_or_else(|| "`--diagnose` runs the codes again to see why".into());
-        told.push(format!("{}: {why}.", label(case)));
+        let why = why.unwrap_or_else(|| text!("`--diagnose` runs the codes again to see why"));
+        told.push(text!("{}: {}.", case.label(), why));
     }
     told.extend(
         outcome
             .failures
             .iter()
             .chain(missing)
-            .map(|f| format!("{}.", f.message.trim_end_matches('.'))),
+            .map(|f| Text::message(&sentence(&f.message))),
     );
     for (c, _) in telling(&outcome.cross) {
         if let Some(judged) = c.judged.filter(|j| !j.verdict.passes()) {
-            told.push(format!(
-                "{}: {} by {} is certified to {} and {} by {} to {}, where {} is proved to be possible on that mesh.",
-                c.scene, c.a.method, c.a.engine, size(judged.bounds[0]), c.b.method, c.b.engine, size(judged.bounds[1]), size(judged.best)
-            ));
+            told.push(text!("{}: {} by {} is certified to {} and {} by {} to {}, where {} is proved to be possible on that mesh.", &c.scene, &c.a.method, &c.a.engine, at_most(judged.bounds[0], 2), &c.b.method, &c.b.engine, at_most(judged.bounds[1], 2), at_most(judged.best, 2)));
         }
     }
-    let right: Vec<&str> = names(outcome)
+    let right: Vec<&str> = outcome
+        .engines()
         .into_iter()
         .filter(|name| !fault.contains(name))
         .collect();
@@ -303,21 +255,24 @@ pub(super) fn lede_of(
             .filter(|p| right.contains(&&*p.a) && right.contains(&&*p.b))
             .map(|p| p.field.max_rel);
         let within = match among.reduce(f64::max) {
-            Some(apart) => format!(", and within {} of each other", size(apart)),
-            None => String::new(),
+            Some(apart) => text!(", and within {} of each other", size(apart)),
+            None => Text::default(),
         };
         let is = if right.len() == 1 { "solves" } else { "solve" };
         let all = match cases {
-            1 => "it".to_owned(),
+            1 => "it".into(),
             2 => "both cases".into(),
-            cases => format!("all {} cases", whole(cases)),
+            cases => text!("all {} cases", whole(cases)),
         };
-        told.push(format!(
-            "{} {is} {all} to rounding{within}.",
-            listed(&right)
+        told.push(text!(
+            "{} {} {} to rounding{}.",
+            listed(&right),
+            is,
+            all,
+            within
         ));
     }
-    told.join(" ")
+    Text::joined(told, " ")
 }
 
 /// Do all others agree?
@@ -325,11 +280,6 @@ fn differing_only_by(outcome: &VerifyOutcome, fault: &[&str]) -> bool {
     let pairs = outcome.cases.iter().flat_map(|c| &c.pairs);
     let mut others = pairs.filter(|p| !fault.contains(&&*p.a) && !fault.contains(&&*p.b));
     others.all(|p| p.field.verdict.passes())
-}
-
-/// The engine that stands beside the culprit: the first that is right.
-pub(super) fn reference<'a>(case: &'a CaseOutcome, fault: &[&str]) -> Option<&'a EngineOutcome> {
-    case.engines.iter().find(|e| !fault.contains(&&*e.engine))
 }
 
 #[cfg(test)]

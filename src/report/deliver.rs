@@ -18,7 +18,8 @@ use super::json::{is_stdout, slug, write_text};
 use super::junit::junit;
 use super::model::{Report, Suite, TestCase};
 use super::provenance;
-use super::text::text;
+use super::terminal::text;
+use crate::text::Text;
 use faceoff_judge::Verdict;
 use faceoff_mesh::cancel::{self, Cause};
 use faceoff_mesh::error::{Error, Result};
@@ -161,7 +162,7 @@ impl Output<'_> {
             false => json!({ "error": message }),
         };
         let title = format!("faceoff {}", self.command);
-        let mut report = Report::new(self.command, &title, message, &result)?;
+        let mut report = Report::new(self.command, &title, Text::message(message), &result)?;
         if self.judges {
             report.verdict = Some((Verdict::Undetermined, "undetermined"));
             let case = TestCase {
@@ -195,7 +196,10 @@ pub fn deliver(report: &Report, output: &Output) -> Result<()> {
     write(report, output)?;
     if output.speaks() {
         say(format_args!("{}", text(report)));
-        answer(&report.headline, report.verdict.map(|(verdict, _)| verdict));
+        answer(
+            &report.headline.to_string(),
+            report.verdict.map(|(verdict, _)| verdict),
+        );
     }
     annotate(report, output)
 }

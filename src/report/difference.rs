@@ -170,7 +170,9 @@ pub fn write_projection(path: &Path, projection: &Projection, onto: &str) -> Res
 /// What a projection kept, a line a field, and what of the mesh has no values.
 pub fn projected(projection: &Projection) -> Vec<String> {
     let lines = projection.integrals.iter().map(|(name, component, [before, after])| {
-        format!("projected `{name}`, component {component}: its integral {before:.16e} is {after:.16e}")
+        format!(
+            "projected `{name}`, component {component}: its integral {before:.16e} is {after:.16e}"
+        )
     });
     let uncovered = (projection.uncovered > 1e-9).then(|| {
         format!(

@@ -1,8 +1,9 @@
 //! What `verify` found of a face-off file: codes of one's own on any problem.
 
 use super::html::{self, Chart, Line};
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, joined, table, word};
-use super::number::{number, size};
+use super::model::{
+    Block, Cell, Report, Suite, Table, TestCase, Todo, joined, sentence, table, word,
+};
 use super::orders::{over_n, slopes_of};
 use super::verify::{why, worst};
 use crate::campaigns::face_off::{
@@ -11,6 +12,8 @@ use crate::campaigns::face_off::{
 };
 use crate::campaigns::limit::Found;
 use crate::run::{Judged, Same};
+use crate::text::number::{number, size};
+use crate::text::{Number, Text, text};
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
 
@@ -33,14 +36,14 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     for field in &of.fields {
         let shown = worst_times(field);
         let more = times_words(field);
-        let words = format!("Differences of `{}`{more}", field.field);
+        let words = text!("Differences of `{}`{}", &field.field, &more);
         let table = pairs_table(field, &shown, &more);
         report.blocks.extend(headed(words, table));
         if shown.len() < field.pairs.len() {
             let all: Vec<&OfPair> = field.pairs.iter().collect();
             let table = pairs_table(field, &all, " at every time");
-            let caption = format!("All times of `{}`", field.field);
-            let folded = Block::Folded(caption, vec![table.into()]);
+            let caption = text!("All times of `{}`", &field.field);
+            let folded = Block::folded(caption, "", vec![table.into()]);
             report.blocks.push(Block::Page(vec![folded]));
         }
         if !field.orders.is_empty() {
@@ -57,12 +60,10 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     if let Some(diagnosis) = &of.diagnosis {
         report.blocks.push(moved_table(diagnosis).into());
     }
-    report
-        .blocks
-        .extend(headed("Runs".into(), runs_table(&of.runs)));
+    report.blocks.extend(headed("Runs", runs_table(&of.runs)));
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
         let (a, b) = (&shown.a, &shown.b);
-        format!("On the map a is `{a}` and b is `{b}`.")
+        text!("On the map a is `{}` and b is `{}`.", a, b)
     }));
     report.suites = suites(of);
     Ok(report)
@@ -101,21 +102,21 @@ fn times_words(of: &OfField) -> String {
 }
 
 /// A table under its heading; on the terminal its caption does.
-fn headed<'a>(words: String, table: Table) -> [Block<'a>; 2] {
+fn headed<'a>(words: impl Into<Text>, table: Table) -> [Block<'a>; 2] {
     let bare = Table {
-        caption: String::new(),
+        caption: Text::default(),
         ..table.clone()
     };
     [
         Block::Terminal(vec![table.into()]),
-        Block::Page(vec![Block::Heading(2, words), bare.into()]),
+        Block::Page(vec![Block::heading(2, words), bare.into()]),
     ]
 }
 
 /// What fails first: a code, a field, an order, a number.
-fn claim(of: &FaceOffOutcome, word: &str) -> String {
+fn claim(of: &FaceOffOutcome, word: &str) -> Text {
     if let Some(run) = of.runs.iter().find(|run| run.failure.is_some()) {
-        return format!("**{}** gave no result{}", run.code, at(&run.level));
+        return text!("**{}** gave no result{}", &run.code, at(&run.level));
     }
     let fields = of.fields.iter().filter(|f| !f.verdict.passes());
     let wrong: Vec<&str> = fields
@@ -133,7 +134,7 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
     // A code whose order is wrong where another's is right, before what differs as a consequence.
     if let Some(order) = odd_order(of) {
         let observed = observed(order);
-        return format!("`{}` of **{}** {observed}", order.found.field, order.of);
+        return text!("`{}` of **{}** {}", &order.found.field, &order.of, observed);
     }
     let low = orders_of(of).find(|o| o.verdict == Some(Verdict::Disagree));
     match (&wrong[..], low) {
@@ -141,22 +142,22 @@ fn claim(of: &FaceOffOutcome, word: &str) -> String {
             let mut codes: Vec<&str> = of.runs.iter().map(|run| &*run.code).collect();
             codes.sort_unstable();
             codes.dedup();
-            format!("{} **{word}** on {}", codes.join(", "), of.name)
+            text!("{} **{}** on {}", codes.join(", "), word, &of.name)
         }
         ([_], Some(order)) if !has_differing_pair(of) => {
-            format!("**{}** {}", order.found.field, observed(order))
+            text!("**{}** {}", &order.found.field, observed(order))
         }
         ([one], _) if is_untold(of) => {
-            format!("**{one}** cannot be told to converge on these meshes")
+            text!("**{}** cannot be told to converge on these meshes", one)
         }
         ([one], _) if of.verdict == Verdict::Undetermined => {
-            format!("**{one}** cannot be judged")
+            text!("**{}** cannot be judged", one)
         }
-        ([one], _) => format!("**{one}** differs"),
+        ([one], _) => text!("**{}** differs", one),
         (several, _) if of.verdict == Verdict::Undetermined => {
-            format!("**{}** cannot be judged", several.join(", "))
+            text!("**{}** cannot be judged", several.join(", "))
         }
-        (several, _) => format!("**{}** differ", several.join(", ")),
+        (several, _) => text!("**{}** differ", several.join(", ")),
     }
 }
 
@@ -180,62 +181,70 @@ fn odd_order(of: &FaceOffOutcome) -> Option<&OfOrder> {
 }
 
 /// What was seen of an order that is too low, or of what does not fall to 0.
-fn observed(of: &OfOrder) -> String {
+fn observed(of: &OfOrder) -> Text {
     let limits = ["L²", "H¹"].into_iter().zip(of.limits);
     let apart = limits.filter_map(|(norm, limit)| {
         let limit = limit.filter(|limit| limit.found == Found::Apart)?;
-        Some(format!("{} in {norm}", limit.words()))
+        Some(text!("{} in {}", limit.words(), norm))
     });
-    joined(low(of).into_iter().chain(apart), " and ")
+    Text::joined(low(of).into_iter().chain(apart), " and ")
 }
 
 /// The norms whose order is too low; where the limit is known not to be 0, the order says less.
-fn low(of: &OfOrder) -> Option<String> {
+fn low(of: &OfOrder) -> Option<Text> {
     let orders = [Some(&of.found.l2), of.found.h1.as_ref()];
     let told = (0..2).filter_map(|k| {
         let is_apart = of.limits[k].is_some_and(|limit| limit.found == Found::Apart);
         let is_low = of.verdicts[k] == Some(Verdict::Disagree) && !is_apart;
         let (fit, theory) = (orders[k]?.fit?.exponent, of.theory[k]?);
         let norm = ["L²", "H¹"][k];
-        is_low.then(|| format!("{} in {norm} instead of {theory}", number(fit, 3)))
+        is_low.then(|| {
+            text!(
+                "{} in {} instead of {}",
+                number(fit, 3),
+                norm,
+                theory.to_string()
+            )
+        })
     });
-    let told: Vec<String> = told.collect();
+    let told: Vec<Text> = told.collect();
     let axis = match &*of.axis {
-        "h" => String::new(),
-        other => format!(" in {other}"),
+        "h" => Text::default(),
+        other => text!(" in {}", other),
     };
-    (!told.is_empty()).then(|| format!("has order {}{axis}", told.join(" and ")))
+    (!told.is_empty()).then(|| text!("has order {}{}", Text::joined(told, " and "), axis))
 }
 
-fn lede(of: &FaceOffOutcome) -> String {
-    let mut told = Vec::new();
+fn lede(of: &FaceOffOutcome) -> Text {
+    let mut told: Vec<Text> = Vec::new();
     if let Some(failure) = of.runs.iter().find_map(|run| run.failure.as_ref()) {
-        told.push(format!("{failure}."));
+        told.push(Text::message(&sentence(failure)));
     }
     let farthest = farthest(of);
     if let Some((field, pair)) = farthest {
         let found = &pair.compared.field;
         told.push(match (&found.reason, found.verdict.passes()) {
-            (Some(reason), _) => format!(
-                "`{}`, {} – {}{}: {reason}.",
-                field.field,
-                pair.a,
-                pair.b,
-                place(pair)
+            (Some(reason), _) => text!(
+                "`{}`, {} – {}{}: {}.",
+                &field.field,
+                &pair.a,
+                &pair.b,
+                place(pair),
+                reason
             ),
-            (None, true) => format!(
+            (None, true) => text!(
                 "The largest difference is **{}** of its field, in `{}`, {} – {}{}.",
                 size(found.max_rel),
-                field.field,
-                pair.a,
-                pair.b,
+                &field.field,
+                &pair.a,
+                &pair.b,
                 place(pair)
             ),
-            (None, false) => format!(
+            (None, false) => text!(
                 "`{}` of {} and {} differs by **{}** of it{}, {} times what is allowed.",
-                field.field,
-                pair.a,
-                pair.b,
+                &field.field,
+                &pair.a,
+                &pair.b,
                 size(found.max_rel),
                 place(pair),
                 number(pair.compared.factor(), 2)
@@ -249,11 +258,11 @@ fn lede(of: &FaceOffOutcome) -> String {
         .filter_map(order_words);
     told.extend(orders);
     let findings = of.diagnosis.iter().flat_map(|d| &d.findings);
-    told.extend(findings.map(|finding| format!("{finding}.")));
+    told.extend(findings.map(|finding| text!("{}.", finding)));
     if !of.about.is_empty() {
-        told.insert(0, format!("{}.", of.about.trim_end_matches('.')));
+        told.insert(0, Text::message(&sentence(&of.about)));
     }
-    told.join(" ")
+    Text::joined(told, " ")
 }
 
 /// The pair of codes that is farthest beyond what is allowed, or nearest to it.
@@ -282,8 +291,8 @@ fn is_untold(of: &FaceOffOutcome) -> bool {
 }
 
 /// What is wrong with an order, and what is left in the limit.
-fn order_words(of: &OfOrder) -> Option<String> {
-    let limits = ["L²", "H¹"].iter().zip(of.limits);
+fn order_words(of: &OfOrder) -> Option<Text> {
+    let limits = ["L²", "H¹"].into_iter().zip(of.limits);
     let limits = limits.filter_map(|(norm, limit)| {
         let limit = limit.filter(|limit| limit.found != Found::Zero)?;
         let what = match of.found.against {
@@ -291,14 +300,17 @@ fn order_words(of: &OfOrder) -> Option<String> {
             _ => "error",
         };
         let (field, words) = (&of.found.field, limit.words());
-        Some(format!(
-            "The {what} in `{field}` of {} in {norm} {words}.",
-            of.of
+        Some(text!(
+            "The {} in `{}` of {} in {} {}.",
+            what,
+            field,
+            &of.of,
+            norm,
+            words
         ))
     });
-    let limits = limits.collect::<Vec<_>>();
-    let low = low(of).map(|low| format!("`{}` of {} {low}.", of.found.field, of.of));
-    let all = low.into_iter().chain(limits).collect::<Vec<_>>().join(" ");
+    let low = low(of).map(|low| text!("`{}` of {} {}.", &of.found.field, &of.of, low));
+    let all = Text::joined(low.into_iter().chain(limits), " ");
     Some(all).filter(|all| !all.is_empty())
 }
 
@@ -316,16 +328,12 @@ fn lead(of: &FaceOffOutcome) -> Vec<Block<'_>> {
 
 /// What to do about what fails.
 fn next(of: &FaceOffOutcome) -> Vec<Todo> {
-    let none: [&str; 0] = [];
     let mut steps = Vec::new();
     if of.verdict.passes() {
         return steps;
     }
     if of.runs.iter().any(|run| run.failure.is_some()) {
-        steps.push(Todo::new(
-            "Keep the folders of the runs by --keep DIR; command.txt in each is what was typed, log.txt what it said.",
-            none,
-        ));
+        steps.push(Todo::only("Keep the folders of the runs by --keep DIR; command.txt in each is what was typed, log.txt what it said."));
     }
     let is_wrong = |order: &&OfOrder| order.verdict == Some(Verdict::Disagree);
     if let Some(order) = orders_of(of).find(is_wrong) {
@@ -335,19 +343,13 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
             .flat_map(|f| &f.pairs)
             .any(|p| p.t.is_some());
         let is_constant = order.verdicts == [Some(Verdict::Disagree), Some(Verdict::Agree)];
-        steps.push(Todo::new(
-            match (has_times, is_constant, odd_order(of).is_some()) {
-                (true, _, false) if order.axis == "h" => "The error of the time step does not fall with the mesh: let the step fall with it, by a list under [parameters] as long as n, before looking for another cause.".to_owned(),
-                (_, true, _) => format!("The gradient of `{0}` converges as it should and `{0}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact.", order.found.field),
-                _ => "Refine further to see whether the order rises, and take parts of the form, the data and the element away one by one, in each code whose order is low.".to_owned(),
-            },
-            none,
-        ));
+        steps.push(Todo::only(match (has_times, is_constant, odd_order(of).is_some()) {
+                (true, _, false) if order.axis == "h" => "The error of the time step does not fall with the mesh: let the step fall with it, by a list under [parameters] as long as n, before looking for another cause.".into(),
+                (_, true, _) => text!("The gradient of `{}` converges as it should and `{}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact.", &order.found.field, &order.found.field),
+                _ => "Refine further to see whether the order rises, and take parts of the form, the data and the element away one by one, in each code whose order is low.".into(),
+            }));
     } else if of.fields.iter().any(|f| f.verdict == Verdict::Disagree) {
-        steps.push(Todo::new(
-            "Look where the difference enters: on a boundary it is a condition or a group, everywhere a coefficient, a sign or a quadrature rule.",
-            none,
-        ));
+        steps.push(Todo::only("Look where the difference enters: on a boundary it is a condition or a group, everywhere a coefficient, a sign or a quadrature rule."));
     }
     steps
 }
@@ -355,14 +357,14 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
 /// The number of a refinement, or what another level is called.
 fn level(n: Option<usize>, label: &str) -> Option<Cell> {
     match n {
-        Some(n) if label == format!("n = {n}") => Some(Cell::Number(n as f64, n.to_string())),
+        Some(n) if label == format!("n = {n}") => Some(Cell::number(n as f64, n.to_string())),
         _ if label.is_empty() => None,
         _ => Some(label.into()),
     }
 }
 
 fn runs_table(runs: &[RunOf]) -> Table {
-    let outcome = |run: &RunOf| run.failure.clone().unwrap_or_else(|| "done".to_owned());
+    let outcome = |run: &RunOf| run.failure.as_deref().map_or("done".into(), Text::message);
     table!("", runs, |run|
         "code" => &run.code,
         "n" => level(run.n, &run.level),
@@ -376,7 +378,7 @@ fn moved_table(of: &Diagnosis) -> Table {
     let caption = format!("What moves an answer{n}");
     table!(caption, &of.moved, |moved|
         "code" => &moved.code,
-        "change" => moved.change,
+        "change" => moved.change.words(),
         "of" => &moved.of,
         "moved by" => moved.relative,
         "remark" => moved.reason.clone(),
@@ -389,7 +391,7 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair], more: &str) -> Table {
         Some(format!("{} of {}", size(norm), size(scale)))
     };
     let verdict = |pair: &OfPair| match pair.judged {
-        true => Cell::Verdict(pair.compared.field.verdict),
+        true => Cell::from(pair.compared.field.verdict),
         false => NOT_JUDGED.into(),
     };
     let as_functions = |pair: &OfPair| {
@@ -403,10 +405,10 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair], more: &str) -> Table {
             .clone()
             .or_else(|| as_functions(pair))
     };
-    table!(format!("`{}`{more}", of.field), pairs, |pair|
+    table!(text!("`{}`{}", &of.field, more), pairs, |pair|
         "codes" => format!("{} – {}", pair.a, pair.b),
         "n" => level(pair.n, &pair.level),
-        "t" => pair.t.map(|t| Cell::Number(t, short(t).to_string())),
+        "t" => pair.t.map(|t| Cell::number(t, short(t).to_string())),
         "max |a-b|" => pair.compared.field.max_abs,
         "relative" => pair.compared.field.max_rel,
         "allowed" => pair.compared.field.tolerance,
@@ -424,9 +426,9 @@ fn orders_table(of: &OfField) -> Table {
         [(order, "L²", 0, &order.found.l2)].into_iter().chain(h1)
     });
     let times = of.errors_of.map(|times| format!(", of errors at {times}"));
-    let caption = format!(
+    let caption = text!(
         "Observed orders of `{}`{}",
-        of.field,
+        &of.field,
         times.unwrap_or_default()
     );
     let limit = |order: &OfOrder, k: usize| order.limits[k].map(|limit| limit.words());
@@ -472,7 +474,7 @@ fn order_figures(of: &OfField) -> html::Html {
     } else {
         ""
     };
-    let caption = format!("**{}** by n, with the order that fits{dotted}", of.field);
+    let caption = text!("**{}** by n, with the order that fits{}", &of.field, dotted);
     let widest = if panels.len() > 1 {
         html::WIDEST
     } else {
@@ -482,22 +484,16 @@ fn order_figures(of: &OfField) -> html::Html {
 }
 
 fn number_table(of: &OfNumber) -> Table {
-    let exact = of
-        .exact
-        .map_or(String::new(), |exact| format!(", exact {exact}"));
+    let exact = of.exact.map(|x| text!(", exact {}", Number::exact(x)));
     let values = |row: &RowOfNumber| {
-        joined(
-            row.values
-                .iter()
-                .map(|(code, value)| format!("{code} {value:.12e}")),
-            ", ",
-        )
+        let of = |(code, value): (&String, &f64)| text!("{} {}", code, Number::new(*value, 13));
+        Text::joined(row.values.iter().map(of), ", ")
     };
     let verdict = |row: &RowOfNumber| match row.judged {
-        true => Cell::Verdict(row.verdict),
+        true => Cell::from(row.verdict),
         false => NOT_JUDGED.into(),
     };
-    table!(format!("`{}`{exact}", of.number), &of.rows, |row|
+    table!(text!("`{}`{}", &of.number, exact), &of.rows, |row|
         "n" => level(row.n, &row.level),
         "values" => values(row),
         "verdict" => verdict(row),
@@ -538,7 +534,7 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
                     &of.name,
                     name,
                     verdict,
-                    order_words(order).unwrap_or_default(),
+                    order_words(order).unwrap_or_default().to_string(),
                 ));
             }
         }

@@ -1,64 +1,53 @@
 //! What `verify` says first and last: which code does what differently, and every case in a line.
 
 use super::model::{Table, count, joined, short, table, word};
-use super::number::place;
-use super::verify::label;
-use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Settled, VerifyOutcome};
+use crate::campaigns::verify::{CaseOutcome, Settled, VerifyOutcome};
 use crate::run::RESIDUAL_TOLERANCE;
+use crate::text::number::place;
+use crate::text::{Number, Text, at_most, text};
 use crate::why::Diagnosis;
 use faceoff_judge::Verdict;
 
-/// The case and the answer that show best what is wrong: one that something explains, with the fewest rows that fail.
-pub(super) fn culprit(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, &EngineOutcome)> {
-    let cases = outcome.cases.iter();
-    let all = cases.flat_map(|case| case.engines.iter().map(move |engine| (case, engine)));
-    let failed = all.filter(|(_, engine)| !engine.verdict.passes());
-    failed.min_by_key(|(_, engine)| {
-        let found = engine.findings.as_ref();
-        let unexplained = found.is_none_or(|found| !found.is_of_scheme());
-        (unexplained, found.map_or(usize::MAX, |found| found.failing))
-    })
-}
-
 /// The verdict; and if it is no agreement, which code does what differently, where, and what the others make of it.
-pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> String {
+pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Text {
     let verdict = word(outcome.verdict);
     match outcome.verdict {
         Verdict::Agree => return verdict.into(),
         Verdict::Conditioned | Verdict::Several => {
             let why = settled(outcome);
-            return joined([verdict.to_owned()].into_iter().chain(why), ": ");
+            return Text::joined([Text::from(verdict)].into_iter().chain(why), ": ");
         }
         _ => {}
     }
-    let Some((case, engine)) = culprit(outcome) else {
+    let Some((case, engine)) = outcome.culprit() else {
         let failed = outcome.failures.first();
         let differing = |c: &&CaseOutcome| c.verdict == Verdict::Disagree;
         let why = match (failed, outcome.cases.iter().find(differing)) {
-            (Some(failure), None) => format!("no answer from {}", failure.engine),
+            (Some(failure), None) => text!("no answer from {}", &failure.engine),
             (_, Some(case)) => {
                 let sentences = diagnoses.iter().map(Diagnosis::sentence);
                 let why = sentences.into_iter().next();
-                let why = why.unwrap_or_else(|| "`--diagnose` runs the codes again".into());
-                format!(
-                    "{}: the answers differ though each solves the scheme: {why}",
-                    label(case)
+                let why = why.unwrap_or_else(|| text!("`--diagnose` runs the codes again"));
+                text!(
+                    "{}: the answers differ though each solves the scheme: {}",
+                    case.label(),
+                    why
                 )
             }
             (None, None) => "the certified bounds of two methods do not fit together".into(),
         };
-        return format!("{verdict}: {why}");
+        return text!("{}: {}", verdict, why);
     };
     let name = &engine.engine;
     let what = match &engine.findings {
         Some(found) if !found.solves() => found.sentence(),
         _ if !engine.finite => "its values are not finite".into(),
-        _ if engine.residual <= RESIDUAL_TOLERANCE => format!(
+        _ if engine.residual <= RESIDUAL_TOLERANCE => text!(
             "it says that it did not converge in {} steps, though it solves the scheme to {}",
             engine.iterations,
             short(engine.residual)
         ),
-        _ => format!("it did not converge in {} steps", engine.iterations),
+        _ => text!("it did not converge in {} steps", engine.iterations),
     };
     let others = case.pairs.iter().filter(|p| p.a != *name && p.b != *name);
     let apart = others.clone().map(|p| p.field.max_rel).reduce(f64::max);
@@ -68,9 +57,9 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
                 2 => "two".into(),
                 others => others.to_string(),
             };
-            format!("; the other {others} agree to {apart:.1e}")
+            text!("; the other {} agree to {}", others, Number::new(apart, 2))
         }
-        _ => String::new(),
+        _ => Text::default(),
     };
     let failed = outcome.cases.iter().filter(|case| {
         let mut of = case.engines.iter().filter(|e| e.engine == *name);
@@ -78,25 +67,31 @@ pub(super) fn headline(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Stri
     });
     let (failed, all) = (failed.count(), outcome.cases.len());
     let in_how_many = match all {
-        1 => String::new(),
-        _ => format!("; it fails in {failed} of {all} cases"),
+        1 => Text::default(),
+        _ => text!("; it fails in {} of {} cases", failed, all),
     };
     let silent = outcome
         .failures
         .iter()
         .map(|failure| failure.engine.clone());
     let silent = match joined(silent, ", ") {
-        none if none.is_empty() => none,
-        silent => format!("; no answer from {silent}"),
+        none if none.is_empty() => Text::default(),
+        silent => text!("; no answer from {}", silent),
     };
-    format!(
-        "{verdict}: {name}: {what}{others}{silent} ({}{in_how_many})",
-        label(case)
+    text!(
+        "{}: {}: {}{}{} ({}{})",
+        verdict,
+        name,
+        what,
+        others,
+        silent,
+        case.label(),
+        in_how_many
     )
 }
 
 /// Why answers that solve their scheme differ, if that is all that is to be said: of the case where they do most.
-pub(super) fn settled(outcome: &VerifyOutcome) -> Option<String> {
+pub(super) fn settled(outcome: &VerifyOutcome) -> Option<Text> {
     if !matches!(outcome.verdict, Verdict::Conditioned | Verdict::Several) {
         return None;
     }
@@ -110,35 +105,50 @@ pub(super) fn settled(outcome: &VerifyOutcome) -> Option<String> {
     let settled = case.settled.iter().filter(two);
     let tolerance = |s: &Settled| s.conditioning.worst().map_or(0.0, |part| part.tolerance);
     let settled = settled.max_by(|a, b| tolerance(a).total_cmp(&tolerance(b)))?;
-    let (a, b, about) = (&settled.a, &settled.b, label(case));
+    let (a, b, about) = (&settled.a, &settled.b, case.label());
     if let Some(several) = &settled.several {
         let mesh = &case.setup.mesh;
         let face = several.faces.first().map(|face| {
             let at = place(&mesh.face_midpoint(*face)[..mesh.dim]);
-            format!(", first on face {:?} at {at}", mesh.face(*face))
+            text!(
+                ", first on face {} at {}",
+                format!("{:?}", mesh.face(*face)),
+                at
+            )
         });
-        let unique = several
-            .unique_above
-            .map(|gamma0| format!("; with gamma0 above {} there is one only", short(gamma0)));
-        return Some(format!(
-            "the codes {a} and {b} have found two solutions of the same scheme, {} of max|u| apart: contact differs at {}{} ({} of {} choices \
-                 of contact there solve it){}; no code is wrong ({about})",
+        let unique = several.unique_above.map(|gamma0| {
+            text!(
+                "; with gamma0 above {} there is one only",
+                at_most(gamma0, 3)
+            )
+        });
+        return Some(text!(
+            "the codes {} and {} have found two solutions of the same scheme, {} of max|u| apart: contact differs at {}{} ({} of {} choices \
+                 of contact there solve it){}; no code is wrong ({})",
+            a,
+            b,
             short(several.apart),
             count(several.differing, "point"),
             face.unwrap_or_default(),
             several.found,
             several.tried,
             unique.unwrap_or_default(),
+            about
         ));
     }
     let part = settled.conditioning.worst()?;
     let [of_a, of_b] = part.residuals.map(short);
-    Some(format!(
-        "the answers differ by {} of max|u|, and rounding alone may move them by {}: condition {} times residuals {of_a} and {of_b} \
-                 of {a} and {b} ({about})",
+    Some(text!(
+        "the answers differ by {} of max|u|, and rounding alone may move them by {}: condition {} times residuals {} and {} \
+                 of {} and {} ({})",
         short(farthest(case)),
         short(part.tolerance),
         short(part.condition),
+        of_a,
+        of_b,
+        a,
+        b,
+        about
     ))
 }
 
@@ -177,7 +187,7 @@ pub(super) fn overview(outcome: &VerifyOutcome) -> Table {
         }
     };
     table!(caption, cases, |case|
-        "case" => label(case),
+        "case" => case.label(),
         "codes" => case.engines.len(),
         "largest residual" => residual(case),
         "largest |a-b|" => largest(case),

@@ -6,16 +6,16 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::certified::Certified;
-use super::culprit::{carrier, claim, equations};
-use super::html::{self, Along, Html, Put};
+use super::culprit::{claim, equations};
+use super::html::{self, Put};
 use super::json::csv;
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, short, table, word};
-use super::number::{place, size, whole};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
+use crate::text::number::{place, size, whole};
+use crate::text::{Text, text};
 use crate::why::{self, Explanation, FaceGamma, Findings, Spot, TermRows};
 use faceoff_fem::certify::{Certificate, Target};
-use faceoff_fem::contact::face_fields;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -25,7 +25,7 @@ pub struct Judgement {
     /// Does the field solve the scheme?
     pub verdict: Verdict,
     /// What is wrong where, and why.
-    sentence: String,
+    sentence: Text,
     scene: String,
     result: String,
     understood: Understood,
@@ -109,13 +109,14 @@ pub fn judge<'a>(
     let name = told.name();
     let of = format!("{}, {}", told.scene, told.method);
     report.claim = match told.verdict {
-        Verdict::Agree => format!("**{name}** solves the scheme, to rounding"),
+        Verdict::Agree => text!("**{}** solves the scheme, to rounding", name),
         _ => claim(name, found),
     };
     report.lede = match told.verdict {
-        Verdict::Agree => format!(
-            "All **{} equations** of {of} hold: the largest residual is {}. Proved besides: {}.",
+        Verdict::Agree => text!(
+            "All **{} equations** of {} hold: the largest residual is {}. Proved besides: {}.",
             whole(found.rows),
+            of,
             size(found.residual),
             told.certificate
                 .as_ref()
@@ -124,19 +125,19 @@ pub fn judge<'a>(
         _ => equations(found, &of),
     };
     report.next = next(told);
-    report.notes = vec![format!(
+    report.notes = vec![text!(
         "Scheme: Burman, Hansbo, Larson 2017, (3.2) and (2.4); γ = {} h. Residual: of each row over the sum of the sizes of its terms. The \
          field was read as {}, written {}.",
-        case.problem.discretisation.gamma0(),
-        told.understood.sentence(),
+        case.problem.discretisation.gamma0().to_string(),
+        Text::message(&told.understood.sentence()),
         found.written.words()
     )];
     let told_facts = || {
         Block::facts([
-            ("understood as", told.understood.sentence()),
-            ("written", found.written.words()),
-            ("residual", residual(found)),
-            ("certificate", certificate.clone()),
+            ("understood as", Text::message(&told.understood.sentence())),
+            ("written", found.written.words().into()),
+            ("residual", residual(found).into()),
+            ("certificate", certificate.clone().into()),
         ])
     };
     let mut terminal = vec![told_facts()];
@@ -162,11 +163,15 @@ pub fn judge<'a>(
         ))
     })));
     let mut page: Vec<Block> = Vec::new();
-    page.push(Block::Html(Box::new(move || Ok(along(told, case, u)))));
+    page.push(Block::Html(Box::new(move || {
+        let put = Put::new(name, &case.problem, u, Some(&told.findings));
+        let is_faulty = !told.verdict.passes();
+        Ok(html::along_one(put, told.findings.limit, is_faulty))
+    })));
     if !found.explanations.is_empty() {
         let words = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
         page.extend([
-            Block::Heading(2, "What was tried".into()),
+            Block::heading(2, "What was tried"),
             Block::Text(words.into()),
         ]);
         page.push(Block::Html(Box::new(move || {
@@ -184,13 +189,15 @@ pub fn judge<'a>(
         })));
         rest.extend([worst(&found.worst).into(), terms(&found.terms).into()]);
     }
-    page.push(Block::Folded(
-        "Rows and terms · how the file was understood, and what its rows are made of".into(),
+    page.push(Block::folded(
+        "Rows and terms",
+        "how the file was understood, and what its rows are made of",
         rest,
     ));
     if !found.gamma.is_empty() {
-        page.push(Block::Folded(
-            "γ on every contact face".into(),
+        page.push(Block::folded(
+            "γ on every contact face",
+            "",
             vec![gamma(&found.gamma).into()],
         ));
     }
@@ -202,32 +209,11 @@ pub fn judge<'a>(
             &told.scene,
             format!("{} solves {}", told.result, told.method),
             told.verdict,
-            told.sentence.clone(),
+            told.sentence.to_string(),
         )
     };
     report.suites.push(Suite::new(&told.result, [test]));
     Ok(report)
-}
-
-/// What happens on Γ_C of a plane mesh.
-fn along(told: &Judgement, case: &Case, u: &[f64]) -> Html {
-    let problem = &case.problem;
-    let fields = [face_fields(problem, u, told.name())];
-    let puts = [Put::new(told.name(), problem, u, Some(&told.findings))];
-    let faulty = (!told.verdict.passes()).then(|| told.name());
-    let along = Along {
-        problem,
-        fields: &fields,
-        puts: &puts,
-        differences: Vec::new(),
-        tolerance: told.findings.limit,
-        faulty: faulty.into_iter().collect(),
-    };
-    let drawn = along.figure("");
-    match drawn == Html::default() {
-        true => drawn,
-        false => html::titled("Along Γ_C", drawn),
-    }
 }
 
 /// What to do about a field that does not solve.
@@ -236,25 +222,21 @@ fn next(told: &Judgement) -> Vec<Todo> {
         return Vec::new();
     }
     let found = &told.findings;
-    let none: [&str; 0] = [];
     let culprit = found.culprit();
     let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
     let term = culprit.and_then(|c| c.term).or_else(|| suspects.next());
     let words = match (culprit, term) {
-        (Some(c), _) if c.ingredient == "γ" => Some(match &c.at[..] {
-            [spot] => format!("Look where the code makes **γ** of {}.", carrier(spot)),
-            _ => "Look where the code makes **γ**.".into(),
+        (Some(c), _) if c.is_gamma() => Some(match &c.at[..] {
+            [spot] => text!("Look where the code makes **γ** of {}.", spot.carrier()),
+            _ => text!("Look where the code makes **γ**."),
         }),
-        (_, Some(term)) => Some(format!(
+        (_, Some(term)) => Some(text!(
             "Look where the code assembles **{}**.",
             why::name(term)
         )),
         _ => None,
     };
-    let mut steps: Vec<Todo> = words
-        .into_iter()
-        .map(|words| Todo::new(words, none))
-        .collect();
+    let mut steps: Vec<Todo> = words.into_iter().map(Todo::only).collect();
     let scene = &told.scene;
     steps.push(Todo::new(
         "Hold against it what this program finds:",
@@ -263,10 +245,9 @@ fn next(told: &Judgement) -> Vec<Todo> {
             told.method
         )],
     ));
-    steps.push(Todo::new(
-        "Every row with its terms is in `rows.csv`, beside this page.",
-        none,
-    ));
+    steps.push(Todo::only(text!(
+        "Every row with its terms is in `rows.csv`, beside this page."
+    )));
     steps
 }
 
@@ -309,7 +290,7 @@ pub(super) fn tried(explanations: &[Explanation]) -> Table {
     let caption =
         "What was put into the scheme in its place, one thing at a time, and the residual with it";
     table!(caption, explanations, |of|
-        "ingredient" => of.ingredient,
+        "ingredient" => of.ingredient.to_string(),
         "residual" => of.left,
         "found" => if of.accounts { "explains it" } else { "does not" },
         "with it" => &of.what,
@@ -320,7 +301,7 @@ fn gamma<'a>(faces: impl IntoIterator<Item = &'a FaceGamma>) -> Table {
     let caption = "What γ would have to be on contact faces; in contact it has no say";
     let fitted = |of: &FaceGamma| {
         of.factor
-            .map(|factor| Cell::Number(factor, format!("× {factor:.10}")))
+            .map(|factor| Cell::number(factor, format!("× {factor:.10}")))
     };
     table!(caption, faces, |of|
         "face" => format!("{:?}", of.vertices),

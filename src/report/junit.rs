@@ -25,7 +25,12 @@ pub(super) fn junit(report: &Report) -> Result<Vec<u8>> {
         false => cases().any(|case| !case.verdict.passes()),
     };
     let whole = verdict.filter(|verdict| !is_told(*verdict)).map(|verdict| {
-        let case = TestCase::new("faceoff", report.command, verdict, report.headline.clone());
+        let case = TestCase::new(
+            "faceoff",
+            report.command,
+            verdict,
+            report.headline.to_string(),
+        );
         Suite::new(report.command, [case])
     });
     suites.extend(&whole);

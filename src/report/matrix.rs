@@ -11,6 +11,7 @@ use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count};
 use super::provenance::now;
 use super::verify::{Verified, verify};
 use crate::campaigns::matrix::{Became, Entry, MatrixOutcome, Place, Release, verdict};
+use crate::text::{Text, text};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Place as Where, Result};
 use faceoff_mesh::file;
@@ -100,8 +101,8 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
     let title = "faceoff matrix: which releases of which codes agree?";
     let mut report = Report::new("matrix", title, &headline, outcome)?;
     report.verdict = Some((outcome.verdict, super::model::word(outcome.verdict)));
-    report.claim = format!("**{headline}**");
-    report.lede = format!(
+    report.claim = text!("**{}**", headline);
+    report.lede = text!(
         "{}, each held against the solver of faceoff on the same meshes, field by field. A number is the largest difference, \
          relative to the field; a line's name leads to all that it rests on.",
         count(outcome.releases.len(), "release")
@@ -130,13 +131,12 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
     report.blocks.push(table(outcome).into());
     let sentences = sentences(outcome);
     if !sentences.is_empty() {
-        report.blocks.push(Block::List(sentences));
+        let sentences = sentences.iter().map(|of| Text::message(of));
+        report.blocks.push(Block::list(sentences));
     }
     report.blocks.push(Block::Page(vec![
-        Block::Heading(2, "Every release, run by run".into()),
-        Block::Text(
-            "● all agree, × something differs, ○ no answer; the latest run stands last.".into(),
-        ),
+        Block::heading(2, "Every release, run by run"),
+        Block::text("● all agree, × something differs, ○ no answer; the latest run stands last."),
         Block::Html(Box::new(move || Ok(history(&past)))),
     ]));
     for release in &outcome.releases {
@@ -178,19 +178,19 @@ fn table(outcome: &MatrixOutcome) -> Table {
         let place = &row[0].place;
         let words = format!("{}, {}", place.scene, place.method);
         let mut cells = match outcome.cases.iter().any(|(of, _)| of == place) {
-            true => vec![Cell::Link(cell_name(place) + "/index.html", words)],
+            true => cells![Text::link(cell_name(place) + "/index.html", words)],
             false => cells![words],
         };
         cells.extend(row.iter().map(cell));
         cells
     });
-    Table::new("", &head).with(rows)
+    Table::new("", head).with(rows)
 }
 
 fn cell(of: &Entry) -> Cell {
     match (of.became, of.difference) {
-        (Became::Agrees, Some(value)) => Cell::Judged(Verdict::Agree, value),
-        (Became::Differs, Some(value)) => Cell::Judged(Verdict::Disagree, value),
+        (Became::Agrees, Some(value)) => Cell::judged(Verdict::Agree, value),
+        (Became::Differs, Some(value)) => Cell::judged(Verdict::Disagree, value),
         (became, _) => word(became).into(),
     }
 }

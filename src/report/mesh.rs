@@ -8,7 +8,8 @@ use serde::Serialize;
 use super::Judged;
 use super::html::mesh::{drawn, located};
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, table};
-use super::number::{number, place, trimmed};
+use crate::text::number::{number, place, trimmed};
+use crate::text::{Text, text};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Unread;
@@ -31,7 +32,7 @@ pub fn info_report<'a>(file: &Path, info: &'a Info, mesh: &'a Mesh) -> Result<Re
     );
     let question = "faceoff mesh info: what is in a file?";
     let mut report = Report::new("mesh info", question, "", info)?;
-    report.blocks.push(Block::Text(about));
+    report.blocks.push(Block::text(about));
     report.blocks.extend(holds(&info.holds));
     let drawn = Block::Html(Box::new(|| drawn(mesh)));
     report.blocks.push(Block::Page(vec![drawn]));
@@ -41,7 +42,7 @@ pub fn info_report<'a>(file: &Path, info: &'a Info, mesh: &'a Mesh) -> Result<Re
         report.blocks.push(Block::facts([("times", times)]));
     }
     let warnings = info.warnings.iter().map(|what| format!("warning: {what}"));
-    report.blocks.push(Block::List(warnings.collect()));
+    report.blocks.push(Block::list(warnings));
     report.inputs.push(file.to_owned());
     Ok(report)
 }
@@ -87,14 +88,20 @@ pub fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
     blocks
 }
 
-/// Findings that are no faults of single cells.
-const UNGROUPED: &str = "boundary faces in no group";
-const PARTS: &str = "parts that are not connected";
+/// Something that a mesh should not have.
+struct Kind<'a> {
+    what: &'static str,
+    findings: &'a Defects,
+    /// More of them are a fault.
+    most: usize,
+    /// Are they faults of single cells?
+    is_of_cells: bool,
+}
 
 /// A number in a table, in words where there is none.
 fn range(value: Option<f64>) -> Cell {
     match value {
-        Some(value) => Cell::Number(value, value.to_string()),
+        Some(value) => Cell::number(value, value.to_string()),
         None => "–".into(),
     }
 }
@@ -106,26 +113,36 @@ fn range(value: Option<f64>) -> Cell {
 pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>> {
     let Checked { found, content } = checked;
     let mesh = &content.mesh;
-    let kinds: [(&str, &Defects); 10] = [
-        ("cells that curved sides fold over", &found.folded),
-        ("points at the place of another", &found.duplicate_points),
-        ("inverted cells", &found.inverted),
-        ("degenerate cells", &found.degenerate),
-        ("duplicate cells", &found.duplicate),
-        ("orphan points", &found.orphans),
-        ("faces with more than two cells", &found.crowded_faces),
-        ("hanging nodes", &found.hanging_nodes),
-        (UNGROUPED, &found.ungrouped_boundary),
-        (PARTS, &found.parts),
+    let kind = |what, findings| Kind {
+        what,
+        findings,
+        most: 0,
+        is_of_cells: true,
+    };
+    let kinds = [
+        kind("cells that curved sides fold over", &found.folded),
+        kind("points at the place of another", &found.duplicate_points),
+        kind("inverted cells", &found.inverted),
+        kind("degenerate cells", &found.degenerate),
+        kind("duplicate cells", &found.duplicate),
+        kind("orphan points", &found.orphans),
+        kind("faces with more than two cells", &found.crowded_faces),
+        kind("hanging nodes", &found.hanging_nodes),
+        Kind {
+            is_of_cells: false,
+            ..kind("boundary faces in no group", &found.ungrouped_boundary)
+        },
+        // One part is as it should be.
+        Kind {
+            most: 1,
+            is_of_cells: false,
+            ..kind("parts that are not connected", &found.parts)
+        },
     ];
-    // One part is as it should be.
-    let least = |what: &str| usize::from(what.starts_with("parts"));
-    let odd = kinds
-        .iter()
-        .filter(|(what, findings)| findings.count > least(what));
-    let mut words: Vec<String> = odd
-        .clone()
-        .map(|(what, f)| format!("{} {what}", f.count))
+    let odd = kinds.iter().filter(|kind| kind.findings.count > kind.most);
+    let words = odd.clone();
+    let mut words: Vec<String> = words
+        .map(|kind| format!("{} {}", kind.findings.count, kind.what))
         .collect();
     let verdict = checked.verdict();
     if !content.unread.is_empty() {
@@ -153,13 +170,13 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
     let mut report = Report::new("mesh check", &title, headline, &judged)?;
     report.verdict = Some((verdict, word));
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    report.claim = format!("**{name}** is {word}");
+    report.claim = text!("**{}** is {}", &*name, word);
     report.lede = match words.is_empty() {
         true => "No cell is inverted, degenerate or there twice, no point is left over, and every boundary face is in a group.".into(),
-        false => format!("It has **{}**.", words.join("**, **")),
+        false => text!("It has {}.", Text::joined(words.into_iter().map(Text::strong), ", ")),
     };
     report.inputs.push(file.to_owned());
-    for (what, findings) in odd {
+    for Kind { what, findings, .. } in odd {
         let more = match findings.count > findings.first.len() {
             true => ", the first of them",
             false => "",
@@ -188,14 +205,12 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
         .quality
         .iter()
         .filter_map(|of| Some(of.worst.first()?.at));
-    let first = kinds
-        .iter()
-        .filter(|(what, _)| *what != PARTS && *what != UNGROUPED);
-    let first = first.filter_map(|(_, findings)| Some(findings.first.first()?.at));
+    let first = kinds.iter().filter(|kind| kind.is_of_cells);
+    let first = first.filter_map(|kind| Some(kind.findings.first.first()?.at));
     let worst: Vec<[f64; 3]> = worst.chain(first).collect();
     let drawn = Block::Html(Box::new(move || located(mesh, &worst)));
     report.blocks.push(Block::Page(vec![drawn]));
-    let (name, message) = (file.display().to_string(), report.headline.clone());
+    let (name, message) = (file.display().to_string(), report.headline.to_string());
     let case = TestCase::new("mesh", name, verdict, message);
     report.suites.push(Suite::new("mesh check", [case]));
     Ok(report)
@@ -244,8 +259,8 @@ fn quality<'a>(of: &Quality) -> [Block<'a>; 2] {
     let caption = format!("{}: {least} to {largest}, {mean} in the mean", of.what);
     let some = |bin: &&Bin| bin.cells > 0;
     let bins = table!(caption, of.bins.iter().filter(some), |bin|
-        "from" => Cell::Number(bin.from, digits(bin.from)),
-        "to" => Cell::Number(bin.to, digits(bin.to)),
+        "from" => Cell::number(bin.from, digits(bin.from)),
+        "to" => Cell::number(bin.to, digits(bin.to)),
         "cells" => bin.cells,
         "" => bar(bin.cells),
     );

@@ -6,8 +6,10 @@ use serde::Serialize;
 
 use super::html::{Html, Picture};
 use super::json::document;
-use super::number::{number, whole};
-use super::outward::{Digits, above, below};
+pub use super::table::{Cell, Column, Table};
+pub(crate) use super::table::{cells, table};
+use crate::text::Text;
+use crate::text::number::number;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -20,12 +22,11 @@ pub struct Report<'a> {
     /// Where something is judged: the verdict, and the word for it.
     pub verdict: Option<(Verdict, &'static str)>,
     /// The answer in one sentence, or in the verdict's word.
-    pub headline: String,
-    /// The same as the page says it, without place and digits; **…** encloses what it is about. Where it is empty, the
-    /// headline.
-    pub claim: String,
+    pub headline: Text,
+    /// The same as the page says it, without place and digits. Where it is empty, the headline.
+    pub claim: Text,
     /// What the answer rests on, in three lines.
-    pub lede: String,
+    pub lede: Text,
     /// What shows it, beside what to do next.
     pub lead: Vec<Block<'a>>,
     /// Suggestions, the best first.
@@ -33,7 +34,7 @@ pub struct Report<'a> {
     /// What was found, top down.
     pub blocks: Vec<Block<'a>>,
     /// By which methods, and what numbers mean: the foot of the page.
-    pub notes: Vec<String>,
+    pub notes: Vec<Text>,
     /// Engines and their versions.
     pub engines: Vec<(String, String)>,
     /// Digests of meshes, by name.
@@ -51,7 +52,7 @@ pub struct Report<'a> {
 /// What to do next, and what one would type to do it.
 pub struct Todo {
     /// What to do, as a sentence.
-    pub words: String,
+    pub words: Text,
     /// Each as one would type it.
     pub commands: Vec<String>,
 }
@@ -59,24 +60,24 @@ pub struct Todo {
 /// Writes into a folder.
 pub type Write<'a> = Box<dyn Fn(&Path) -> Result<()> + 'a>;
 
-/// A part of a report. In texts, `…` encloses what one would type, and **…** what stands out on a page.
+/// A part of a report.
 pub enum Block<'a> {
     /// From 2, the largest.
-    Heading(u8, String),
+    Heading(u8, Text),
     /// A paragraph.
-    Text(String),
+    Text(Text),
     /// An item each.
-    List(Vec<String>),
+    List(Vec<Text>),
     /// What one would type.
     Commands(Vec<String>),
     /// Names and what they are.
-    Facts(Vec<(String, String)>),
+    Facts(Vec<(Text, Text)>),
     /// Words and numbers in columns.
     Table(Table),
     /// A picture with its caption.
     Figure(Figure<'a>),
-    /// Folded on the page until it is asked for.
-    Folded(String, Vec<Block<'a>>),
+    /// Folded on the page until it is asked for: by a name, and what less is said of it.
+    Folded([Text; 2], Vec<Block<'a>>),
     /// What the terminal has no room for.
     Page(Vec<Block<'a>>),
     /// What the page says in another way.
@@ -90,7 +91,7 @@ pub struct Figure<'a> {
     /// Of its file, without suffix.
     pub name: String,
     /// What it shows.
-    pub caption: String,
+    pub caption: Text,
     /// What draws it for a page of a width.
     pub picture: Box<dyn Fn(f64) -> Picture + 'a>,
 }
@@ -102,32 +103,6 @@ impl Figure<'_> {
         let of = |c| if kept(c) { c } else { '-' };
         self.name.chars().map(of).collect::<String>() + ".svg"
     }
-}
-
-/// Rows of cells; a column of numbers is aligned as such.
-#[derive(Default, Clone)]
-pub struct Table {
-    /// What it shows.
-    pub caption: String,
-    /// A name for each column.
-    pub head: Vec<String>,
-    /// As many cells each as `head`.
-    pub rows: Vec<Vec<Cell>>,
-}
-
-/// What a table holds in one place.
-#[derive(Clone)]
-pub enum Cell {
-    /// Words.
-    Text(String),
-    /// The value by which it sorts, and the digits that are shown.
-    Number(f64, String),
-    /// A verdict alone.
-    Verdict(Verdict),
-    /// A verdict and the number that it is about.
-    Judged(Verdict, f64),
-    /// A text that leads to a place of the page.
-    Link(String, String),
 }
 
 /// What was judged together.
@@ -164,7 +139,7 @@ impl<'a> Report<'a> {
     pub fn new(
         command: &'static str,
         title: &str,
-        headline: impl Into<String>,
+        headline: impl Into<Text>,
         result: &impl Serialize,
     ) -> Result<Self> {
         Ok(Report {
@@ -172,8 +147,8 @@ impl<'a> Report<'a> {
             title: title.to_owned(),
             verdict: None,
             headline: headline.into(),
-            claim: String::new(),
-            lede: String::new(),
+            claim: Text::default(),
+            lede: Text::default(),
             lead: Vec::new(),
             next: Vec::new(),
             blocks: Vec::new(),
@@ -213,41 +188,15 @@ impl<'a> Report<'a> {
     }
 }
 
-impl Table {
-    /// Without rows; `table!` makes one with them.
-    pub fn new<S: ToString>(caption: impl Into<String>, head: &[S]) -> Self {
-        Table {
-            caption: caption.into(),
-            head: head.iter().map(S::to_string).collect(),
-            rows: Vec::new(),
-        }
-    }
-
-    /// With all of these rows.
-    pub fn with(mut self, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
-        self.rows.extend(rows);
-        self
-    }
-
-    /// Does a column hold numbers, but for some words?
-    pub fn is_numeric(&self, column: usize) -> bool {
-        let cells = self.rows.iter().filter_map(|row| row.get(column));
-        let (mut numbers, mut words) = (0, 0);
-        for cell in cells {
-            match cell {
-                Cell::Number(..) => numbers += 1,
-                Cell::Text(text) if text.is_empty() => {}
-                _ => words += 1,
-            }
-        }
-        numbers > words
-    }
-}
-
 impl Todo {
+    /// What to do without a command.
+    pub fn only(words: impl Into<Text>) -> Self {
+        Todo::new(words, None::<String>)
+    }
+
     /// What to do, and the commands that do it.
     pub fn new<S: Into<String>>(
-        words: impl Into<String>,
+        words: impl Into<Text>,
         commands: impl IntoIterator<Item = S>,
     ) -> Self {
         Todo {
@@ -283,87 +232,37 @@ impl Suite {
 }
 
 impl Block<'_> {
+    /// A paragraph.
+    pub fn text(words: impl Into<Text>) -> Self {
+        Block::Text(words.into())
+    }
+
+    /// A heading; of level 2 the largest.
+    pub fn heading(level: u8, words: impl Into<Text>) -> Self {
+        Block::Heading(level, words.into())
+    }
+
+    /// An item each.
+    pub fn list(items: impl IntoIterator<Item = impl Into<Text>>) -> Self {
+        Block::List(items.into_iter().map(Into::into).collect())
+    }
+
+    /// Folded on the page, by a name and what less is said of it.
+    pub fn folded(name: impl Into<Text>, about: impl Into<Text>, inner: Vec<Self>) -> Self {
+        Block::Folded([name.into(), about.into()], inner)
+    }
+
     /// Names and what they are.
-    pub fn facts<N: Into<String>>(facts: impl IntoIterator<Item = (N, String)>) -> Self {
+    pub fn facts<N: Into<Text>, F: Into<Text>>(facts: impl IntoIterator<Item = (N, F)>) -> Self {
         let facts = facts.into_iter();
-        Block::Facts(facts.map(|(name, fact)| (name.into(), fact)).collect())
+        let facts = facts.map(|(name, fact)| (name.into(), fact.into()));
+        Block::Facts(facts.collect())
     }
 }
 
 impl From<Table> for Block<'_> {
     fn from(table: Table) -> Self {
         Block::Table(table)
-    }
-}
-
-/// A row from values of any kind.
-macro_rules! cells {
-    ($($value:expr),* $(,)?) => { vec![$($crate::report::model::Cell::from($value)),*] };
-}
-/// A table with a line a column: its name, and the cell of a row.
-macro_rules! table {
-    ($caption:expr, $rows:expr, |$row:pat_param| $($name:expr => $value:expr),* $(,)?) => {{
-        let rows = $rows.into_iter().map(|$row| $crate::report::model::cells![$($value),*]);
-        $crate::report::model::Table::new($caption, &[$($name),*]).with(rows)
-    }};
-}
-pub(crate) use {cells, table};
-
-impl Cell {
-    /// With so many digits after the point.
-    pub fn fixed(value: f64, digits: usize) -> Self {
-        match value {
-            v if !v.is_finite() => "–".into(),
-            0.0 => Cell::Number(0.0, format!("{:.digits$}", 0.0)),
-            v => Cell::Number(v, format!("{v:.digits$}")),
-        }
-    }
-
-    /// A bound from above, with three digits, none of which is below it.
-    pub fn at_most(bound: f64) -> Self {
-        Cell::Number(bound, short(above(bound, Digits::Counting(3))))
-    }
-
-    /// A bound from below, with three digits, none of which is above it.
-    pub fn at_least(bound: f64) -> Self {
-        Cell::Number(bound, short(below(bound, Digits::Counting(3))))
-    }
-
-    /// What the terminal shows.
-    pub fn text(&self) -> String {
-        match self {
-            Cell::Text(text) | Cell::Number(_, text) | Cell::Link(_, text) => text.clone(),
-            Cell::Verdict(verdict) => word(*verdict).to_owned(),
-            Cell::Judged(verdict, number) => format!("{} {}", word(*verdict), short(*number)),
-        }
-    }
-}
-
-/// What a cell is made of.
-macro_rules! cell_from {
-    ($($of:ty: $value:ident => $cell:expr;)*) => {
-        $(impl From<$of> for Cell {
-            fn from($value: $of) -> Self {
-                $cell
-            }
-        })*
-    };
-}
-
-cell_from! {
-    // Three digits.
-    f64: value => Cell::Number(value, short(value));
-    usize: value => Cell::Number(value as f64, whole(value));
-    String: text => Cell::Text(text);
-    &String: text => Cell::Text(text.clone());
-    &str: text => Cell::Text(text.to_owned());
-    Verdict: verdict => Cell::Verdict(verdict);
-}
-
-/// Nothing is an empty cell.
-impl<T: Into<Cell>> From<Option<T>> for Cell {
-    fn from(value: Option<T>) -> Self {
-        value.map_or(Cell::Text(String::new()), Into::into)
     }
 }
 
@@ -395,12 +294,17 @@ pub fn percent(share: f64) -> String {
 
 /// Three digits, in ms below a second.
 pub fn duration(seconds: f64) -> Cell {
-    Cell::Number(seconds, crate::campaigns::study::duration(seconds))
+    Cell::number(seconds, crate::campaigns::study::duration(seconds))
 }
 
 /// The word for a verdict.
 pub fn word(verdict: Verdict) -> &'static str {
     verdict.word()
+}
+
+/// A message with its full stop.
+pub fn sentence(message: &str) -> String {
+    format!("{}.", message.trim_end_matches('.'))
 }
 
 /// Words with something between them.
@@ -426,7 +330,6 @@ mod tests {
         let texts = ["0.100", "0.123", "10.0", "123", "1\u{202f}000"];
         assert_eq!(values.map(short), texts);
         assert_eq!([f64::NAN, f64::INFINITY].map(short), ["–", "–"]);
-        assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
         let shares = [0.0, 1.23456, 0.123456, 1.23456e-4, 1.23456e-6];
         let texts = [
             "0 %",
@@ -436,12 +339,5 @@ mod tests {
             "1.23\u{202f}·\u{202f}10⁻⁴ %",
         ];
         assert_eq!(shares.map(percent), texts);
-    }
-
-    #[test]
-    fn columns_of_numbers_are_known_by_what_they_hold() {
-        let rows = [cells!["a", 1.0, ""], cells!["b", None::<f64>, ""]];
-        let table = Table::new("", &["name", "error", "blank"]).with(rows);
-        assert_eq!([0, 1, 2].map(|k| table.is_numeric(k)), [false, true, false]);
     }
 }

@@ -1,11 +1,10 @@
 //! What to do next: the least command that shows what is wrong, where to look, and what proves the mend.
 
-use super::culprit::{at_fault, carrier, differing};
-use super::headline::culprit;
 use super::model::Todo;
-use super::number::number;
 use crate::campaigns::verify::{CaseOutcome, VerifyOutcome};
 use crate::engine::{self, unique};
+use crate::text::number::number;
+use crate::text::text;
 use crate::why::{self, Explanation, Findings};
 use faceoff_fem::contact::Term;
 use faceoff_fem::scene::Scene;
@@ -14,9 +13,9 @@ use faceoff_judge::Verdict;
 /// What to do about it.
 pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
     let mut steps = Vec::new();
-    if let Some((case, engine)) = culprit(outcome) {
+    if let Some((case, engine)) = outcome.culprit() {
         let code = as_typed(&engine.engine);
-        let fault = at_fault(outcome);
+        let fault = outcome.at_fault();
         let others = case
             .engines
             .iter()
@@ -55,10 +54,9 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
             "Run it again and keep what it was given and what it said:",
             [format!("faceoff {} --keep job", engine::typed())],
         ));
-        steps.push(Todo::new(
-            "Read its own words in `log.txt` of its job folder.",
-            [] as [&str; 0],
-        ));
+        steps.push(Todo::only(text!(
+            "Read its own words in `log.txt` of its job folder."
+        )));
         steps.push(Todo::new(
             "Try it on small cases with known answers:",
             [format!("faceoff engines check {code}")],
@@ -66,14 +64,14 @@ pub(super) fn next_of(outcome: &VerifyOutcome) -> Vec<Todo> {
     } else if let Some((case, gamma0)) = unique_from(outcome) {
         let n = case.n.map_or(String::new(), |n| format!(" --n {n}"));
         steps.push(Todo::new(
-            "See the one solution that it has with a larger γ₀, and put that under `[method]` of the scene:",
+            text!("See the one solution that it has with a larger γ₀, and put that under `[method]` of the scene:"),
             [format!(
                 "faceoff solve {}{n} --method {} --gamma0 {gamma0:.2e}",
                 scene_as_typed(&case.scene),
                 case.method
             )],
         ));
-    } else if let Some(case) = differing(outcome) {
+    } else if let Some(case) = outcome.differing() {
         let names: Vec<String> = unique(case.engines.iter().map(|e| &*e.engine))
             .into_iter()
             .map(as_typed)
@@ -111,33 +109,25 @@ fn alone(case: &CaseOutcome, engines: &str) -> String {
 /// Where the code has what is wrong.
 fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
     let culprit = found.culprit();
-    if let Some(Explanation {
-        ingredient: "γ",
-        at,
-        ..
-    }) = culprit
-    {
+    if let Some(Explanation { at, .. }) = culprit.filter(|c| c.is_gamma()) {
         let [spot] = &at[..] else {
-            return Some(Todo::new(
-                format!(
-                    "Look where {name} makes or reads **γ**; in `job/*/case-0` is what it was given."
-                ),
-                [] as [&str; 0],
-            ));
+            return Some(Todo::only(text!(
+                "Look where {} makes or reads **γ**; in `job/*/case-0` is what it was given.",
+                name
+            )));
         };
         let mesh = &case.setup.mesh;
         let cell = mesh
             .find_face(&spot.vertices)
             .map(|face| mesh.face_cells(face)[0])?;
-        return Some(Todo::new(
-            format!(
-                "Look where {name} reads **γ of cell {cell}**, behind {}; `job/*/case-0` has what it was given.",
-                carrier(spot)
-            ),
-            [] as [&str; 0],
-        ));
+        return Some(Todo::only(text!(
+            "Look where {} reads **γ of cell {}**, behind {}; `job/*/case-0` has what it was given.",
+            name,
+            cell,
+            spot.carrier()
+        )));
     }
-    let term = |term: Term| format!("Look where {name} assembles **{}**.", why::name(term));
+    let term = |term: Term| text!("Look where {} assembles **{}**.", name, why::name(term));
     let words = match culprit.and_then(|c| c.term) {
         Some(of) => term(of),
         None => {
@@ -145,7 +135,7 @@ fn look(found: &Findings, name: &str, case: &CaseOutcome) -> Option<Todo> {
             term(suspects.next()?)
         }
     };
-    Some(Todo::new(words, [] as [&str; 0]))
+    Some(Todo::only(words))
 }
 
 /// What was typed; a word that is no Unicode as far as it is.

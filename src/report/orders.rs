@@ -7,6 +7,7 @@ use super::model::{Block, Cell, Report, Table, count, joined, table};
 use crate::campaigns::orders::{Limit, Orders, Reach};
 use crate::engine::unique;
 use crate::run::Observed;
+use crate::text::{Text, text};
 use faceoff_fem::contact::Errors;
 use faceoff_mesh::error::Result;
 
@@ -59,26 +60,30 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         .collect();
     report.claim = match (known, &below[..]) {
         (0, _) => "Observed orders, of which no theory is known".into(),
-        (_, []) => format!(
+        (_, []) => text!(
             "**{} of {}** as theory has them",
             of(Reach::AsTheory),
             count(2 * all.len(), "order")
         ),
-        (_, some) => format!(
+        (_, some) => text!(
             "**{}** below theory: {}",
             count(some.len(), "order"),
             some.join(", ")
         ),
     };
     report.lede = match known {
-        0 => String::new(),
+        0 => Text::default(),
         _ => match (of(Reach::NotSettled), of(Reach::Below)) {
-            (0, 0) => format!(
-                "None is below theory, and all that theory knows are settled on these meshes{open}."
+            (0, 0) => text!(
+                "None is below theory, and all that theory knows are settled on these meshes{}.",
+                open
             ),
             (unsettled, below) => {
-                format!(
-                    "{unsettled} are not settled on these meshes, {below} are below theory{open}."
+                text!(
+                    "{} are not settled on these meshes, {} are below theory{}.",
+                    unsettled,
+                    below,
+                    open
                 )
             }
         },
@@ -87,9 +92,9 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     report
         .lead
         .push(Block::Html(Box::new(move || Ok(figures(all)))));
-    report.blocks.push(Block::Page(vec![Block::Heading(
+    report.blocks.push(Block::Page(vec![Block::heading(
         2,
-        "One row per scene and method".into(),
+        "One row per scene and method",
     )]));
     report.blocks.extend([h1.into(), l2.into()]);
     let levels = all
@@ -105,7 +110,7 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         "L² error" => l.errors.l2,
         "remark" => if l.converged { "" } else { "not converged" },
     );
-    let folded = Block::Folded("Every mesh".into(), vec![levels.into()]);
+    let folded = Block::folded("Every mesh", "", vec![levels.into()]);
     report.blocks.push(Block::Page(vec![folded]));
     Ok(report)
 }
@@ -156,8 +161,11 @@ fn figures(all: &[Orders]) -> Html {
         } else {
             ""
         };
-        let caption =
-            format!("**{scene}**: the relative error over n, and the order that fits{dotted}");
+        let caption = text!(
+            "**{}**: the relative error over n, and the order that fits{}",
+            scene,
+            dotted
+        );
         chart_figure(&caption, &panels, html::WIDEST)
     });
     pictures.collect()

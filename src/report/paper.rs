@@ -10,6 +10,7 @@ use crate::campaigns::paper::{
 };
 use crate::engine::unique;
 use crate::run::Observed;
+use crate::text::{Number, Text, text};
 use faceoff_fem::contact::Positivity;
 use faceoff_mesh::error::Result;
 
@@ -30,7 +31,7 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
         of(None)
     );
     let mut report = Report::new("paper", QUESTION, headline, outcome)?;
-    report.claim = format!(
+    report.claim = text!(
         "**{} of {}** of the paper hold{}",
         of(Some(true)),
         count(outcome.statements.len(), "statement"),
@@ -39,18 +40,16 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
             some => format!(", {some} cannot be told"),
         }
     );
-    report.lede = format!(
-        "Section 6 of Burman, Hansbo, Larson (2017) again: {}, P2 on {1} × {1} as the reference, and beside it the mesh-free solution.",
+    report.lede = text!(
+        "Section 6 of Burman, Hansbo, Larson (2017) again: {}, P2 on {} × {} as the reference, and beside it the mesh-free solution.",
         count(outcome.examples.len(), "example"),
-        outcome.fine
+        &outcome.fine,
+        &outcome.fine
     );
-    report.blocks.push(Block::Text(format!(
-        "The penalty-free method on CR (`cr`), γ = {} h with h the cells' diameter, on Union-Jack meshes of n × n squares; errors relative \
-         to the norms of u: H¹ is ‖∇(u-u_h)‖_h/‖∇u‖. The reference is P2 on {1} × {1} as in the paper, and beside it the mesh-free solution. \
+    report.blocks.push(Block::text(text!("The penalty-free method on CR (`cr`), γ = {} h with h the cells' diameter, on Union-Jack meshes of n × n squares; errors relative \
+         to the norms of u: H¹ is ‖∇(u-u_h)‖_h/‖∇u‖. The reference is P2 on {} × {} as in the paper, and beside it the mesh-free solution. \
          The paper states neither γ₀, nor the splitting of its fixed point, nor its start: here γ₀ is the program's own, and Newton's iteration \
-         starts from u = 0.",
-        outcome.gamma0, outcome.fine,
-    )));
+         starts from u = 0.", outcome.gamma0.to_string(), &outcome.fine, &outcome.fine)));
     let verdict = |holds| match holds {
         Some(true) => "holds",
         Some(false) => "does not hold",
@@ -58,13 +57,13 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
     };
     let statements = table!("", all(), |s|
         "example" => &s.example,
-        "the paper" => &s.says,
+        "the paper" => Text::message(&s.says),
         "verdict" => verdict(s.holds),
-        "found" => &s.found,
+        "found" => Text::message(&s.found),
     );
     report.lead = figures(outcome).into_iter().map(Block::Figure).collect();
     report.blocks.extend([
-        Block::Heading(2, "What the paper says, and what holds".into()),
+        Block::heading(2, "What the paper says, and what holds"),
         statements.into(),
     ]);
     report
@@ -76,7 +75,7 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
     report.blocks.extend(theory(outcome));
     let failures = outcome.failures.iter();
     report.blocks.extend(
-        failures.map(|f| Block::Text(format!("No answer from {}: {}", f.engine, f.message))),
+        failures.map(|f| Block::text(format!("No answer from {}: {}", f.engine, f.message))),
     );
     Ok(report)
 }
@@ -94,19 +93,19 @@ fn of_example(e: &ExampleOutcome) -> Vec<Block<'_>> {
         "‖∇(U_n-U_n/2)‖" => before(&fine.steps_between, k),
     );
     let mut blocks = vec![
-        Block::Heading(2, format!("{}: f = {}", e.title, e.f)),
-        Block::Text(format!(
-            "Mesh-free: contact on {}; ‖∇u‖² = {:.12}, ‖u‖ = {:.12}, ∫∂ₙu = {:.12} on Γ_C.",
+        Block::heading(2, format!("{}: f = {}", e.title, e.f)),
+        Block::text(text!(
+            "Mesh-free: contact on {}; ‖∇u‖² = {}, ‖u‖ = {}, ∫∂ₙu = {} on Γ_C.",
             intervals(&e.contact_set, 10),
-            e.grad_norm_sq,
-            e.l2_norm,
-            e.contact_flux,
+            Number::fixed(e.grad_norm_sq, 12),
+            Number::fixed(e.l2_norm, 12),
+            Number::fixed(e.contact_flux, 12),
         )),
         levels.into(),
     ];
     if let Some(last) = fine.errors.last() {
         let [low, high] = fine.predicted.map(short);
-        blocks.push(Block::Text(format!(
+        blocks.push(Block::text(format!(
             "P2's own last step, with order 3/2 for u ∈ H^(5/2-ε), predicts an H¹ error of {low} to {high} on the finest mesh; to the \
              mesh-free solution it is {}.",
             short(last.h1)
@@ -192,18 +191,21 @@ fn counts(outcome: &PaperOutcome) -> Vec<Block<'_>> {
     head.extend(first.n.iter().map(|n| format!("n = {n}")));
     head.push("largest residual".to_owned());
     let mut blocks = vec![
-        Block::Heading(2, "Iterations".into()),
-        Block::Text(format!(
-            "Of 6.1 until the relative H¹ norm of the increment is below {TOL:e}, from u = 0: the paper's own criterion. The last column is \
+        Block::heading(2, "Iterations"),
+        Block::text(text!(
+            "Of 6.1 until the relative H¹ norm of the increment is below {}, from u = 0: the paper's own criterion. The last column is \
              the backward error of what each ended with, on any of the meshes: an increment below the tolerance does not say that the \
-             scheme is solved to it. The paper's fixed point took {FINE_ITERATIONS} for its fine P2 solution; it tells none for 6.2."
+             scheme is solved to it. The paper's fixed point took {} for its fine P2 solution; it tells none for 6.2.",
+            Number::power(TOL),
+            &FINE_ITERATIONS
         )),
-        Table::new("", &head).with([paper]).with(rows).into(),
-        Block::Text(format!(
+        Table::new("", head).with([paper]).with(rows).into(),
+        Block::text(text!(
             "What is new in each step and what is old, all in the increment form: lagged-p lags [P]₊ as a whole; lagged-gap lags [u-γ∂ₙu]₊; \
              relaxed lags the indicator of contact and takes a sixth of each step; flux-new has in P the flux new and the displacement old; \
              displacement-new has in γ∂ₙu + [u-γ∂ₙu]₊ the displacement new and the flux in the bracket old. \
-             exchanged: the Union-Jack mesh with the diagonals exchanged, FreeFEM's square(n, n, flags=1). Not reached: not within {CAP} iterations."
+             exchanged: the Union-Jack mesh with the diagonals exchanged, FreeFEM's square(n, n, flags=1). Not reached: not within {} iterations.",
+            &CAP
         )),
     ];
     if let Some(search) = &outcome.search {
@@ -214,7 +216,7 @@ fn counts(outcome: &PaperOutcome) -> Vec<Block<'_>> {
                 trial.mesh.to_string()
             ];
             row.extend(trial.iterations.iter().map(|k| Cell::from(*k)));
-            row.push(Cell::Number(
+            row.push(Cell::number(
                 trial.off,
                 format!("{:.1} %", 100.0 * trial.off),
             ));
@@ -232,14 +234,9 @@ fn counts(outcome: &PaperOutcome) -> Vec<Block<'_>> {
             .map(|(name, count)| format!("{name} {count}"))
             .collect();
         blocks.extend([
-            Block::Text(format!(
-                "**The search for γ₀.** Each splitting on both meshes with γ = γ₀h and with γ fixed, 81 values from 0.01 to 1000: {} trials. \
-                 Within {:.0} % of the paper's counts on every mesh: {}. The nearest:",
-                search.tried,
-                100.0 * FAR,
-                near.join(", ")
-            )),
-            Table::new("", &head).with([stated]).with(trials).into(),
+            Block::text(text!("**The search for γ₀.** Each splitting on both meshes with γ = γ₀h and with γ fixed, 81 values from 0.01 to 1000: {} trials. \
+                 Within {} % of the paper's counts on every mesh: {}. The nearest:", &search.tried, Number::fixed(100.0 * FAR, 0), near.join(", "))),
+            Table::new("", head).with([stated]).with(trials).into(),
         ]);
     }
     blocks
@@ -271,9 +268,9 @@ fn theory(outcome: &PaperOutcome) -> Vec<Block<'_>> {
     let of = &outcome.theory;
     let constant = |of: &Option<Positivity>| of.map(|p| Cell::fixed(p.constant, 4));
     let least = |of: &Option<Positivity>| of.map(|p| Cell::fixed(p.least_gamma0, 4));
-    let caption = format!(
+    let caption = text!(
         "For the scheme that the errors are of, γ₀ = {}; all cells at Γ_C are alike, so that the numbers are those of every n",
-        of.gamma0
+        of.gamma0.to_string()
     );
     let rows = table!(caption, of.meshes.iter(), |m|
         "mesh" => m.mesh.to_string(),
@@ -285,15 +282,16 @@ fn theory(outcome: &PaperOutcome) -> Vec<Block<'_>> {
         "unique for γ₀ above" => Cell::fixed(m.unique_above, 4),
     );
     let trace = match of.load_has_trace {
-        true => "The loads have a trace near Γ_C, as (2.10) asks.",
-        false => "The load seems to have no trace near Γ_C: (2.10) fails.",
+        true => text!("The loads have a trace near Γ_C, as (2.10) asks."),
+        false => text!("The load seems to have no trace near Γ_C: (2.10) fails."),
     };
     vec![
-        Block::Heading(2, "What sections 3 and 4 suppose, as numbers".into()),
-        Block::Text(format!(
+        Block::heading(2, "What sections 3 and 4 suppose, as numbers"),
+        Block::text(text!(
             "C is the constant of ‖v_h‖ ≤ C h^(3/2) ‖r‖; c the largest with c (‖∇w‖² + γ⁻¹‖w + [P(u₁)]₊ - [P(u₂)]₊‖²_C) ≤ A_h(u₁; v_h) - A_h(u₂; v_h) \
              for all u₁, u₂, with the v_h of the proof: a smallest eigenvalue on the cells at Γ_C. (4.2) gives uniqueness above its own γ₀, \
-             which is sharper than the condition that `solve` warns by, in the last column. With one point on each face both hold for every γ₀. {trace}"
+             which is sharper than the condition that `solve` warns by, in the last column. With one point on each face both hold for every γ₀. {}",
+            trace
         )),
         rows.into(),
     ]
@@ -310,12 +308,12 @@ fn reached(iterations: Option<usize>) -> Cell {
 pub fn references(references: &References) -> Result<Report<'_>> {
     let mut report = Report::new("paper reference", QUESTION, "", references)?;
     for (name, known) in &references.0 {
-        report.blocks.push(Block::Heading(2, name.clone()));
+        report.blocks.push(Block::heading(2, name.clone()));
         report.blocks.push(Block::facts([
-            ("contact on", intervals(&known.contact_set, 13)),
-            ("‖∇u‖²", format!("{:.12}", known.grad_norm_sq)),
-            ("‖u‖", format!("{:.12}", known.l2_norm)),
-            ("flux on Γ_C", format!("{:.12}", known.contact_flux)),
+            (text!("contact on"), intervals(&known.contact_set, 13)),
+            (text!("‖∇u‖²"), format!("{:.12}", known.grad_norm_sq)),
+            (text!("‖u‖"), format!("{:.12}", known.l2_norm)),
+            (text!("flux on Γ_C"), format!("{:.12}", known.contact_flux)),
         ]));
     }
     Ok(report)
@@ -325,12 +323,7 @@ pub fn references(references: &References) -> Result<Report<'_>> {
 fn figures(outcome: &PaperOutcome) -> Vec<Figure<'_>> {
     let first = outcome.examples.first();
     let first = first.map(|e| {
-        let caption = format!(
-            "**Figure 1.** The fine mesh solution of {} by P2 on {1} × {1}. Red: contact, {2} on y = 0",
-            e.title,
-            outcome.fine,
-            intervals(&e.contact_set, 4)
-        );
+        let caption = text!("**Figure 1.** The fine mesh solution of {} by P2 on {} × {}. Red: contact, {} on y = 0", &e.title, &outcome.fine, &outcome.fine, &intervals(&e.contact_set, 4));
         let label = format!("elevation of {}", e.title);
         let draw = move |width| elevation(&e.fine.elevation, &e.contact_set, &label, width);
         Figure {

@@ -4,9 +4,10 @@ use std::fs;
 use std::sync::OnceLock;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use super::model::{Report, count, joined};
-use super::number::number;
+use super::model::{Report, count};
 use crate::engine::{Machine, typed};
+use crate::text::number::number;
+use crate::text::{Text, text};
 
 /// When the command began.
 static BEGUN: OnceLock<Instant> = OnceLock::new();
@@ -21,9 +22,9 @@ pub(super) struct Provenance {
     /// As it was typed.
     pub command: String,
     /// What everybody reads.
-    pub line: Vec<String>,
+    pub line: Vec<Text>,
     /// All of it, by name.
-    pub all: Vec<(String, String)>,
+    pub all: Vec<(Text, Text)>,
 }
 
 /// Program, command, machine, date, engines and digests.
@@ -46,25 +47,30 @@ pub(super) fn provenance(report: &Report) -> Provenance {
         now(),
         BEGUN.get().map(|begun| took(begun.elapsed().as_secs_f64())),
     );
-    let engine = |(name, version): &(String, String)| format!("{name} **{version}**");
-    let engines = joined(report.engines.iter().map(engine), ", ");
-    let mut line = vec![date.clone()];
-    line.extend(took.iter().map(|took| format!("took {took}")));
-    line.push(format!("faceoff **{}**", machine.version));
+    let engine = |(name, version): &(String, String)| text!("{} **{}**", name, version);
+    let engines = Text::joined(report.engines.iter().map(engine), ", ");
+    let mut line = vec![Text::from(&date)];
+    line.extend(took.iter().map(|took| text!("took {}", took)));
+    line.push(text!("faceoff **{}**", &machine.version));
     line.extend((!engines.is_empty()).then(|| engines.clone()));
-    line.push(format!(
-        "on **{name}**, {system}, {}",
+    line.push(text!(
+        "on **{}**, {}, {}",
+        name,
+        system,
         count(threads, "thread")
     ));
-    let mut all = vec![("faceoff".to_owned(), format!("{}{build}", machine.version))];
+    let mut all: Vec<(Text, Text)> = vec![(
+        "faceoff".into(),
+        format!("{}{build}", machine.version).into(),
+    )];
     let host = format!(
         "{name} ({system} {}, {processor}, {}{memory})",
         kernel.trim(),
         count(threads, "thread")
     );
-    all.extend([("host".to_owned(), host), ("date".to_owned(), date)]);
-    all.extend(took.map(|took| ("took".to_owned(), took)));
-    all.extend((!engines.is_empty()).then(|| ("engines".to_owned(), engines)));
+    all.extend([("host".into(), host.into()), ("date".into(), date.into())]);
+    all.extend(took.map(|took| ("took".into(), took.into())));
+    all.extend((!engines.is_empty()).then(|| ("engines".into(), engines)));
     let inputs = report.inputs.iter().map(|path| {
         let digest = faceoff_mesh::file::read(path)
             .map_or("it cannot be read again".into(), |bytes| {
@@ -81,12 +87,12 @@ pub(super) fn provenance(report: &Report) -> Provenance {
     known.dedup();
     if let [first, rest @ ..] = &known[..] {
         let more = if rest.is_empty() { "" } else { ", …" };
-        line.push(format!("digest `{}`{more}", &first[..first.len().min(8)]));
+        line.push(text!("digest `{}`{}", &first[..first.len().min(8)], more));
     }
     all.extend(
         digests
             .into_iter()
-            .map(|(name, digest)| (format!("digest of {name}"), format!("`{digest}`"))),
+            .map(|(name, digest)| (format!("digest of {name}").into(), text!("`{}`", digest))),
     );
     Provenance {
         command: format!("faceoff {}", typed()),

@@ -5,14 +5,14 @@ use serde::Serialize;
 use super::certified::{Certified, percent_above};
 use super::html;
 use super::model::{Block, Cell, Report, Todo, count, joined, short, table};
-use super::number::{number, place, size, trimmed, whole};
 use crate::engine::{self, Case, Explanation};
 use crate::run::RESIDUAL_TOLERANCE;
+use crate::text::number::{number, place, size, trimmed, whole};
+use crate::text::{Text, at_least, at_most, text};
 use faceoff_fem::adapt::{Step, Way};
 use faceoff_fem::certify::Certificate;
 use faceoff_fem::contact::{
-    ContactSet, Doubt, Ended, Errors, Iteration, Problem, doubt, face_fields, load_has_no_trace,
-    quantities,
+    ContactSet, Doubt, Ended, Errors, Iteration, Problem, doubt, load_has_no_trace, quantities,
 };
 use faceoff_fem::known::Truth;
 use faceoff_fem::linear::Choice;
@@ -177,31 +177,31 @@ impl Answer {
     }
 
     /// Why there may be other solutions of the same scheme.
-    pub fn doubt(&self, mesh: &Triangulation) -> Option<String> {
+    pub fn doubt(&self, mesh: &Triangulation) -> Option<Text> {
         let on = |face: usize| {
             let at = place(&mesh.face_midpoint(face)[..mesh.dim]);
-            format!("face {:?} at {at}", mesh.face(face))
+            text!("face {} at {}", format!("{:?}", mesh.face(face)), at)
         };
         let why = match self.uniqueness? {
-            Doubt::GammaTooSmall { face, factor, .. } => format!(
+            Doubt::GammaTooSmall { face, factor, .. } => text!(
                 "on this mesh Proposition 4.2 holds for gamma0 above {}, and it is {} (first on {}): raise gamma0, or take \
                  `midpoint` for the rule on the contact side, which has one for every gamma0",
-                short(factor * self.gamma0),
+                at_most(factor * self.gamma0, 3),
                 short(self.gamma0),
                 on(face)
             ),
-            Doubt::GammaTooLarge { face, factor, .. } => format!(
+            Doubt::GammaTooLarge { face, factor, .. } => text!(
                 "on this mesh there is one for gamma0 below {}, and it is {} (first on {}): lower gamma0, or take theta1 = 1",
-                short(factor * self.gamma0),
+                at_least(factor * self.gamma0, 3),
                 short(self.gamma0),
                 on(face)
             ),
-            Doubt::NoTheorem => format!("no condition is known for {}", self.method),
+            Doubt::NoTheorem => text!("no condition is known for {}", &self.method),
             Doubt::Floating => {
-                "a part of the domain is held by nothing, and its load is balanced".to_owned()
+                "a part of the domain is held by nothing, and its load is balanced".into()
             }
         };
-        Some(format!("the scheme may have several solutions: {why}"))
+        Some(text!("the scheme may have several solutions: {}", why))
     }
 
     /// Does the scheme's residual bear out what another code says of its convergence? One whose factorisation failed may
@@ -241,10 +241,8 @@ impl Answer {
 }
 
 /// What Theorem 5.1 supposes of f, where it does not hold: only the elements that are not continuous need it.
-pub fn no_trace(problem: &Problem) -> Option<&'static str> {
-    (problem.space.element.on().faces && load_has_no_trace(problem)).then_some(
-        "f grows without bound towards Γ_C, which (2.10) of the paper excludes: Theorem 5.1 does not bound the error here; take p1 or p2, which need no such f",
-    )
+pub fn no_trace(problem: &Problem) -> Option<Text> {
+    (problem.space.element.on().faces && load_has_no_trace(problem)).then(|| text!("f grows without bound towards Γ_C, which (2.10) of the paper excludes: Theorem 5.1 does not bound the error here; take p1 or p2, which need no such f"))
 }
 
 /// The report of an answer: u of a case, with its certificate where there is one.
@@ -279,37 +277,41 @@ pub fn solve<'a>(
     let mesh = case.problem.space.mesh;
     report.digests.push(("the mesh".into(), mesh.digest()));
     let sizes = format!("{} cells, {} faces, {} dofs", a.cells, a.faces, a.dofs);
-    let mut facts = vec![
-        ("by", format!("{} {}", a.engine, a.version)),
-        ("mesh", sizes),
-        ("‖∇u‖²", number(a.grad_norm_sq, 6)),
-        ("‖u‖", number(a.l2_norm, 6)),
-        ("flux on Γ_C", number(a.contact_flux, 6)),
-        ("‖u-ψ+[P]₊‖_C", number(a.contact_residual, 6)),
-        ("contact on", contact(&a.contact_set)),
+    let value = |value: f64| Text::from(number(value, 6));
+    let mut facts: Vec<(Text, Text)> = vec![
+        ("by".into(), format!("{} {}", a.engine, a.version).into()),
+        ("mesh".into(), sizes.into()),
+        ("‖∇u‖²".into(), value(a.grad_norm_sq)),
+        ("‖u‖".into(), value(a.l2_norm)),
+        (text!("flux on Γ_C"), value(a.contact_flux)),
+        ("‖u-ψ+[P]₊‖_C".into(), value(a.contact_residual)),
+        ("contact on".into(), contact(&a.contact_set).into()),
     ];
-    if a.is_error_left_out {
-        let words = format!("not computed on more than {MOST_CELLS} cells; `faceoff orders` does");
-        facts.push(("relative error", words));
-    }
-    let errors = |Errors { h1, l2 }| format!("{} in ∇u, {} in u", short(h1), short(l2));
-    facts.extend(a.error.map(|found| ("relative error", errors(found))));
+    let error = match (a.is_error_left_out, a.error) {
+        (true, _) => Some(text!(
+            "not computed on more than {} cells; `faceoff orders` does",
+            MOST_CELLS
+        )),
+        (_, Some(Errors { h1, l2 })) => Some(text!("{} in ∇u, {} in u", short(h1), short(l2))),
+        _ => None,
+    };
+    facts.extend(error.map(|error| ("relative error".into(), error)));
     if let Some(certificate) = &a.certificate {
-        facts.push(("certified", certificate.sentence()));
+        facts.push(("certified".into(), certificate.sentence().into()));
         facts.extend(certificate.facts());
     }
     let taken = format!("{:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
-    facts.push(("taken", taken));
+    facts.push(("taken".into(), taken.into()));
     report.claim = match a.converged {
-        true => format!(
+        true => text!(
             "{} is **solved** by {} in {}",
-            a.scene,
-            a.method,
+            &a.scene,
+            &a.method,
             count(a.iterations, "step")
         ),
-        false => format!(
+        false => text!(
             "{} is **not solved**: the tolerance is not reached in {}",
-            a.scene,
+            &a.scene,
             count(a.iterations, "step")
         ),
     };
@@ -317,11 +319,12 @@ pub fn solve<'a>(
         .certificate
         .as_ref()
         .map_or(String::new(), |c| format!(" Proved: {}.", c.brief()));
-    report.lede = format!(
-        "{} unknowns, a residual of **{}**; contact on {}.{proved}",
+    report.lede = text!(
+        "{} unknowns, a residual of **{}**; contact on {}.{}",
         whole(a.dofs),
         size(a.residual),
-        contact(&a.contact_set)
+        contact(&a.contact_set),
+        proved
     );
     if !a.converged {
         report.next = vec![Todo::new(
@@ -340,43 +343,32 @@ pub fn solve<'a>(
             &increments,
             &[],
             None,
-            "**The iteration.** Relative broken H¹ norm of the increment of each step",
+            text!("**The iteration.** Relative broken H¹ norm of the increment of each step"),
         );
         let [u, newton] =
             [html::solution(&case.problem, u, &pictures), newton].map(|of| ("c4 half", of));
         Ok(html::beside([u, newton, ("c4", html::known(&told))]))
     })));
     let lines = a.explanation.iter().flat_map(Explanation::lines);
-    let of = Block::Text(about.clone());
+    let of = Block::text(about.clone());
     report.blocks = vec![Block::Terminal(vec![of, Block::facts(facts)])];
-    report.blocks.extend(lines.map(Block::Text));
+    report
+        .blocks
+        .extend(lines.map(|line| Block::text(Text::message(&line))));
     let caption = "The meshes on the way to the accuracy";
     let steps = table!(caption, a.meshes.iter().flatten(), |step|
         "mesh" => words_of(step.way),
         "n" => step.n,
         "cells" => step.cells,
-        "certified to" => Cell::Number(step.relative, percent_above(step.relative)),
+        "certified to" => Cell::number(step.relative, percent_above(step.relative)),
         "seconds" => Cell::fixed(step.seconds, 2),
     );
-    let warnings = [a.doubt(mesh), no_trace(&case.problem).map(str::to_owned)];
-    let mut page: Vec<Block> = warnings.into_iter().flatten().map(Block::Text).collect();
+    let warnings = [a.doubt(mesh), no_trace(&case.problem)];
+    let mut page: Vec<Block> = warnings.into_iter().flatten().map(Block::text).collect();
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
     page.push(Block::Html(Box::new(move || {
-        let put = [html::Put::new(&a.engine, &case.problem, u, None)];
-        let fields = [face_fields(&case.problem, u, &a.engine)];
-        let along = html::Along {
-            problem: &case.problem,
-            fields: &fields,
-            puts: &put,
-            differences: Vec::new(),
-            tolerance: RESIDUAL_TOLERANCE,
-            faulty: Vec::new(),
-        };
-        let drawn = along.figure("");
-        Ok(match drawn == html::Html::default() {
-            true => drawn,
-            false => html::titled("Along Γ_C", drawn),
-        })
+        let put = html::Put::new(&a.engine, &case.problem, u, None);
+        Ok(html::along_one(put, RESIDUAL_TOLERANCE, false))
     })));
     report.blocks.push(Block::Page(page));
     report.files.push(Box::new(move |folder| {

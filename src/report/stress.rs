@@ -5,14 +5,15 @@ use serde_json::json;
 use super::html::{Map, Spot};
 use super::json::{Judged, csv};
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count, joined, table};
-use super::number::number;
 use crate::campaigns::stress::{self, Behaviour, StressOutcome};
 use crate::engine::unique;
+use crate::text::number::number;
+use crate::text::{Text, text};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
 const HOW: &str = "Each problem has a known solution. `holds`: the relative error (the larger of energy norm and L²) is that of moderate \
-    values, or below 1e-8. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: a result reported as right that is not.";
+    values, or below 10⁻⁸. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: a result reported as right that is not.";
 const AMPLIFIED: &str = "The condition is an estimate, from below, of Skeel's condition number of the linearised scheme at each answer: how many times a \
     relative rounding of its terms shows in u. Digits are those that agree with the moderate solution, where that has the same dofs.";
 /// The grounds of the map, and what each means.
@@ -52,22 +53,26 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     report.verdict = Some((verdict, word));
     let all = outcome.entries.len();
     report.claim = match wrong {
-        0 => format!("**Nothing is wrong** in {}", count(all, "trial")),
-        _ => format!("**{wrong} of {all} answers are wrong** and claim to be right"),
+        0 => text!("**Nothing is wrong** in {}", count(all, "trial")),
+        _ => text!(
+            "**{} of {} answers are wrong** and claim to be right",
+            wrong,
+            all
+        ),
     };
     report.lede = behaviours(outcome);
     report.engines = outcome.engines.clone();
-    report.notes = vec![HOW.into(), AMPLIFIED.into()];
+    report.notes = vec![text!(HOW), text!(AMPLIFIED)];
     let drawn = Block::Html(Box::new(move || Ok(map_of(outcome).html())));
     report.blocks.push(Block::Page(vec![
-        Block::Heading(2, "What became of each extreme".into()),
+        Block::heading(2, "What became of each extreme"),
         drawn,
     ]));
     for (engine, version) in &outcome.engines {
         report.suites.push(suite(outcome, engine));
         let name = format!("{engine} {version}");
         report.blocks.push(Block::Terminal(vec![
-            Block::Heading(2, name.clone()),
+            Block::heading(2, name.clone()),
             map(outcome, engine, became).into(),
         ]));
         let sentences = sentences(outcome, engine);
@@ -75,19 +80,23 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
             let title = format!("What {name} refuses, and how");
             report
                 .blocks
-                .push(Block::Page(vec![Block::Heading(2, title)]));
-            report.blocks.push(Block::List(sentences));
+                .push(Block::Page(vec![Block::heading(2, title)]));
+            let sentences = sentences.iter().map(|of| Text::message(of));
+            report.blocks.push(Block::list(sentences));
         }
     }
-    let name = format!("Every number · {}", count(all, "trial"));
-    let folded = Block::Folded(name, vec![numbers(outcome).into()]);
+    let folded = Block::folded(
+        "Every number",
+        count(all, "trial"),
+        vec![numbers(outcome).into()],
+    );
     report.blocks.push(Block::Page(vec![folded]));
     report.file("map.csv", || cells_csv(outcome));
     Ok(report)
 }
 
 /// What became of the trials.
-fn behaviours(outcome: &StressOutcome) -> String {
+fn behaviours(outcome: &StressOutcome) -> Text {
     let of = |is: fn(&Behaviour) -> bool| outcome.entries.iter().filter(|c| is(&c.verdict)).count();
     let worst = outcome.entries.iter().filter_map(|c| match c.verdict {
         Behaviour::Degrades { factor } => Some((factor, c)),
@@ -97,17 +106,18 @@ fn behaviours(outcome: &StressOutcome) -> String {
     let worst = worst.map_or(String::new(), |(factor, c)| {
         format!(
             " The worst loses a factor of {}: {} {} by {}.",
-            super::number::size(factor),
+            crate::text::number::size(factor),
             c.family,
             c.value,
             c.method
         )
     });
-    format!(
-        "**{}** hold their accuracy, {} degrade, {} are refused in words.{worst}",
+    text!(
+        "**{}** hold their accuracy, {} degrade, {} are refused in words.{}",
         of(|v| *v == Behaviour::Holds),
         of(|v| matches!(v, Behaviour::Degrades { .. })),
-        of(|v| matches!(v, Behaviour::Refuses { .. }))
+        of(|v| matches!(v, Behaviour::Refuses { .. })),
+        worst
     )
 }
 
@@ -226,7 +236,9 @@ fn map_of(outcome: &StressOutcome) -> Map {
         (format!("{engine} {version}"), methods.collect())
     });
     Map {
-        caption: "**Rows are extremes, columns codes and methods.** Point at a word for its error, condition, digits and steps".into(),
+        caption: text!(
+            "**Rows are extremes, columns codes and methods.** Point at a word for its error, condition, digits and steps"
+        ),
         of: ["extreme", "value"],
         head: head.collect(),
         families: families.map(of_family).collect(),
@@ -244,11 +256,11 @@ fn numbers(outcome: &StressOutcome) -> Table {
         "extreme" => cell.family,
         "value" => &cell.value,
         "verdict" => word(&cell.verdict),
-        "error" => cell.error.map(two),
-        "ratio" => ratio(cell).map(two),
+        "error" => cell.error.map(Cell::size),
+        "ratio" => ratio(cell).map(Cell::size),
         "steps" => cell.steps,
-        "residual" => cell.residual.map(two),
-        "condition" => cell.condition.map(two),
+        "residual" => cell.residual.map(Cell::size),
+        "condition" => cell.condition.map(Cell::size),
         "digits" => digits(cell),
     )
 }
@@ -256,11 +268,6 @@ fn numbers(outcome: &StressOutcome) -> Table {
 /// Whole digits; where the first differs already, none.
 fn agreeing(digits: f64) -> f64 {
     digits.floor().max(0.0)
-}
-
-/// Two digits.
-fn two(value: f64) -> Cell {
-    Cell::Number(value, number(value, 2))
 }
 
 fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> String) -> Table {
@@ -272,7 +279,7 @@ fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> Strin
         row.extend(methods.iter().map(|method| Cell::from(cell(method))));
         row
     });
-    Table::new("", &head).with(rows)
+    Table::new("", head).with(rows)
 }
 
 /// Each sentence once, with the places where it was said.

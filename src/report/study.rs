@@ -7,12 +7,13 @@ use serde_json::json;
 use super::html::{costs, percent_asked};
 use super::json::csv;
 use super::model::{Block, Cell, Report, Table, count, duration, percent, short, table};
-use super::number::number;
 use crate::campaigns::study::{
-    Advice, Alternative, Gammas, Norm, Rates, Row, Safe, Scaling, StudyOutcome, Varied, value,
+    Advice, Alternative, Gammas, Norm, Rates, Row, Scaling, StudyOutcome, Varied, value,
 };
 use crate::engine::unique;
 use crate::run::Fit;
+use crate::text::number::number;
+use crate::text::{Number, Text, text};
 use faceoff_mesh::error::Result;
 
 /// A longer table is folded.
@@ -59,36 +60,32 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
         .or_else(|| least(outcome))
         .unwrap_or_else(|| "No error is known of what was measured".into());
     let left_out = match outcome.left_out.len() {
-        0 => "nothing".into(),
+        0 => "nothing".to_owned(),
         some => count(some, "measurement"),
     };
-    report.lede = format!(
-        "{} of {}: {} of {} s were spent, {left_out} left out.",
+    report.lede = text!(
+        "{} of {}: {} of {} s were spent, {} left out.",
         count(outcome.rows.len(), "measurement"),
         scenes.join(", "),
         number(outcome.spent, 2),
         number(outcome.budget, 2),
+        left_out
     );
     let first = scenes
         .first()
         .and_then(|scene| figures::work(outcome, scene));
     report.lead.extend(first.map(Block::Figure));
-    report.notes.push(HOW.into());
+    report.notes.push(text!(HOW));
     for (k, scene) in scenes.into_iter().enumerate() {
         report.blocks.extend(of_scene(outcome, scene, k == 0));
     }
     if !outcome.left_out.is_empty() {
         let left_out = outcome.left_out.iter();
-        let left_out = left_out
-            .map(|left| format!("{}: {}", left.what, left.why))
-            .collect();
-        let name = format!(
-            "What was left out · {}",
-            count(outcome.left_out.len(), "measurement")
-        );
-        report.blocks.push(Block::Page(vec![Block::Folded(
-            name,
-            vec![Block::List(left_out)],
+        let left_out = left_out.map(|left| format!("{}: {}", left.what, left.why));
+        report.blocks.push(Block::Page(vec![Block::folded(
+            "What was left out",
+            count(outcome.left_out.len(), "measurement"),
+            vec![Block::list(left_out)],
         )]));
     }
     report.file("rows.csv", || rows_csv(&outcome.rows));
@@ -96,7 +93,7 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
 }
 
 /// The least error that all codes reach, or else as many as possible, and what it costs with each.
-fn claim(advice: &[Advice], about: &str) -> Option<String> {
+fn claim(advice: &[Advice], about: &str) -> Option<Text> {
     let first = &advice.first()?.scene;
     let mut energy = advice
         .iter()
@@ -106,38 +103,37 @@ fn claim(advice: &[Advice], about: &str) -> Option<String> {
     let of = energy.rfind(|a| codes(a) == most)?;
     let way = |a: &Alternative| match &*a.engine {
         crate::engine::OWN => a.method.clone(),
-        name => format!("{} of {name}", a.method),
+        name => format!("{} of {}", a.method, name),
     };
     let bound = if of.best.is_bound { " certified" } else { "" };
-    let mut words = format!(
-        "**{}{bound} energy error**{about} costs {} by {}",
+    let mut words = text!(
+        "**{}{} energy error**{} costs {} by {}",
         percent_asked(of.target),
+        bound,
+        about,
         duration(of.best.seconds).text(),
         way(&of.best)
     );
     for (k, other) in of.others.iter().enumerate() {
         let [between, needs] = if k == 0 { ["; ", " needs"] } else { [", ", ""] };
-        words += &format!(
-            "{between}{}{needs} {}",
-            other.engine,
-            duration(other.seconds).text()
-        );
+        let time = duration(other.seconds).text();
+        words = words.and(text!("{}{}{} {}", between, &other.engine, needs, time));
     }
     Some(words)
 }
 
 /// Without advice: the least error that was measured.
-fn least(outcome: &StudyOutcome) -> Option<String> {
+fn least(outcome: &StudyOutcome) -> Option<Text> {
     let scene = &outcome.rows.first()?.scene;
     let rows = outcome.front.iter().map(|&k| &outcome.rows[k]);
     let rows = rows.filter(|row| row.scene == *scene);
     let errors = rows.filter_map(|row| Some((row.error(Norm::Energy)?, row)));
     let (error, row) = errors.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(format!(
+    Some(text!(
         "The least error in energy is **{}**, by {} of {} in {}",
         percent(error),
-        row.method,
-        row.engine,
+        &row.method,
+        &row.engine,
         duration(row.seconds.median).text()
     ))
 }
@@ -149,13 +145,13 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Ve
     if sentences.is_empty() {
         sentences.push("  no error that advice is given for was reached".into());
     }
-    let mut page = vec![Block::Heading(2, scene.to_owned())];
+    let mut page = vec![Block::heading(2, scene.to_owned())];
     // That of the first scene leads the page.
     let work = figures::work(outcome, scene).filter(|_| !is_first);
     page.extend(work.map(Block::Figure));
     if advice.count() > 0 {
-        page.push(Block::Heading(3, "What an accuracy costs".into()));
-        page.push(Block::Text(ADVICE.into()));
+        page.push(Block::heading(3, "What an accuracy costs"));
+        page.push(Block::text(text!(ADVICE)));
         page.push(Block::Html(Box::new(move || {
             Ok(costs(&outcome.advice, scene))
         })));
@@ -163,41 +159,48 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Ve
     let gamma = figures::gamma(outcome, scene).map(Block::Figure);
     let found = outcome.gammas.iter().filter(|g| g.scene == scene);
     let found = found.map(gamma_sentence);
-    let mut gammas = vec![Block::List(found.collect())];
+    let mut gammas = vec![Block::list(found)];
     gammas.extend(gamma);
-    let mut section = |title: &str, text: &str, more: Vec<Block<'a>>, table: Table| {
+    let mut section = |title: &str, text: Text, more: Vec<Block<'a>>, table: Table| {
         if !table.rows.is_empty() {
-            page.push(Block::Heading(3, title.into()));
-            page.extend((!text.is_empty()).then(|| Block::Text(text.into())));
+            page.push(Block::heading(3, title));
+            page.extend((!text.is_empty()).then(|| Block::text(text)));
             page.extend(more);
             page.push(match table.rows.len() {
                 0..=LONG => table.into(),
-                rows => Block::Folded(
-                    format!("{title} · {}", count(rows, "row")),
-                    vec![table.into()],
-                ),
+                rows => Block::folded(title, count(rows, "row"), vec![table.into()]),
             });
         }
     };
     let unbeaten = "What nothing beats in both time and error";
-    section(unbeaten, "", vec![], front(outcome, scene));
-    section("Exponents", RATES, vec![], rates(outcome, scene));
+    section(unbeaten, Text::default(), vec![], front(outcome, scene));
+    section("Exponents", text!(RATES), vec![], rates(outcome, scene));
     section(
         "Beyond this machine",
-        SCALING,
+        text!(SCALING),
         vec![],
         scaling(outcome, scene),
     );
-    section("What is wasted", WASTE, vec![], waste(outcome, scene));
+    section(
+        "What is wasted",
+        text!(WASTE),
+        vec![],
+        waste(outcome, scene),
+    );
     section(
         "γ₀ \"large enough\"",
-        GAMMAS,
+        text!(GAMMAS),
         gammas,
         gamma_table(outcome, scene),
     );
-    section("Solver and precision", "", vec![], solvers(outcome, scene));
-    let mut told = vec![Block::Text(scene.to_owned())];
-    told.extend(sentences.into_iter().map(Block::Text));
+    section(
+        "Solver and precision",
+        Text::default(),
+        vec![],
+        solvers(outcome, scene),
+    );
+    let mut told = vec![Block::text(scene.to_owned())];
+    told.extend(sentences.into_iter().map(Block::text));
     vec![Block::Terminal(told), Block::Page(page)]
 }
 
@@ -209,7 +212,7 @@ fn megabytes(mb: f64) -> Cell {
 fn varied(row: &Row) -> Cell {
     let text = value(row);
     match text.parse() {
-        Ok(number) => Cell::Number(number, text),
+        Ok(number) => Cell::number(number, text),
         Err(_) => text.into(),
     }
 }
@@ -234,14 +237,14 @@ fn front(outcome: &StudyOutcome, scene: &str) -> Table {
 
 /// The error, or its bound where u is not known.
 fn energy(row: &Row) -> Option<Cell> {
-    let bound = |bound| Cell::Number(bound, format!("≤ {}", Cell::at_most(bound).text()));
+    let bound = |bound| Cell::number(bound, format!("≤ {}", Cell::at_most(bound).text()));
     row.h1.map(Cell::from).or_else(|| row.certified.map(bound))
 }
 
 fn rates(outcome: &StudyOutcome, scene: &str) -> Table {
     let cell = |f: Fit| {
         let spread = f.spread.unwrap_or(f64::NAN);
-        Cell::Number(f.exponent, format!("{:.2} ± {spread:.2}", f.exponent))
+        Cell::number(f.exponent, format!("{:.2} ± {spread:.2}", f.exponent))
     };
     let is_known = |r: &&Rates| {
         [r.h1, r.l2, r.seconds, r.memory]
@@ -263,9 +266,9 @@ fn scaling(outcome: &StudyOutcome, scene: &str) -> Table {
     let rows = outcome.scaling.iter().filter(|s| s.scene == scene);
     let ranks = |s: &Scaling, k: usize| {
         let (seconds, mb) = (s.rank_seconds[k], s.rank_memory_mb[k]);
-        Cell::Number(seconds, format!("{}, {mb:.0} MB", duration(seconds).text()))
+        Cell::number(seconds, format!("{}, {mb:.0} MB", duration(seconds).text()))
     };
-    let half = |ranks: f64| Cell::Number(ranks, format!("{ranks:.0} ranks"));
+    let half = |ranks: f64| Cell::number(ranks, format!("{ranks:.0} ranks"));
     let not_seen = || Cell::from("not seen");
     table!("", rows, |s|
         "code" => &s.engine,
@@ -287,8 +290,8 @@ fn scaling(outcome: &StudyOutcome, scene: &str) -> Table {
 fn waste(outcome: &StudyOutcome, scene: &str) -> Table {
     let rows = outcome.waste.iter().filter(|w| w.scene == scene);
     let part = |of: f64| match of < 1.0 {
-        true => Cell::Number(of, format!("{} more error", percent(of))),
-        false => Cell::Number(of, format!("{} times the error", number(1.0 + of, 2))),
+        true => Cell::number(of, format!("{} more error", percent(of))),
+        false => Cell::number(of, format!("{} times the error", number(1.0 + of, 2))),
     };
     table!("", rows, |w|
         "method" => &w.method,
@@ -296,7 +299,7 @@ fn waste(outcome: &StudyOutcome, scene: &str) -> Table {
         "setting" => w.varied.to_string(),
         "enough" => &w.enough,
         "most exact" => &w.most_exact,
-        "which takes" => Cell::Number(w.time_ratio, format!("{:.2} times the time", w.time_ratio)),
+        "which takes" => Cell::number(w.time_ratio, format!("{:.2} times the time", w.time_ratio)),
         "the worst costs" => part(w.worst_change),
     )
 }
@@ -320,7 +323,7 @@ fn gamma_table(outcome: &StudyOutcome, scene: &str) -> Table {
     };
     let steps = |row: &Row| {
         let reached = if row.converged { "" } else { " (not reached)" };
-        Cell::Number(row.steps as f64, format!("{}{reached}", row.steps))
+        Cell::number(row.steps as f64, format!("{}{reached}", row.steps))
     };
     table!("", rows.iter().filter(is_finest), |row|
         "method" => &row.method,
@@ -337,30 +340,44 @@ fn gamma_table(outcome: &StudyOutcome, scene: &str) -> Table {
 
 /// "cr, n = 64: solved at 25 of 25 values in 3 to 9 steps; the energy error is 3.1e-2 up to a tenth for γ₀ from 1 to 1e12, and
 /// below larger by 0.01 γ₀^-1.00"
-fn gamma_sentence(g: &Gammas) -> String {
-    let mut text = format!(
+fn gamma_sentence(g: &Gammas) -> Text {
+    let mut told = text!(
         "{}, n = {}: solved at {} of {} values, in {} to {} steps",
-        g.method, g.n, g.solved, g.tried, g.steps[0], g.steps[1]
+        &g.method,
+        g.n,
+        g.solved,
+        g.tried,
+        g.steps[0],
+        g.steps[1]
     );
-    let mut add = |name: &str, safe: &Option<Safe>| {
-        let Some(safe) = safe else { return };
-        text += &format!(
-            "; the {name} is {}, or larger by less than a tenth, for γ₀ from {:e} to {:e}",
+    let errors = [
+        ("relative energy error", &g.energy),
+        ("relative L² error", &g.l2),
+    ];
+    for (name, safe) in errors {
+        let Some(safe) = safe else { continue };
+        told = told.and(text!(
+            "; the {} is {}, or larger by less than a tenth, for γ₀ from {} to {}",
+            name,
             short(safe.least),
-            safe.from,
-            safe.to
-        );
+            Number::power(safe.from),
+            Number::power(safe.to)
+        ));
         for (side, fit) in [("below", safe.below), ("above", safe.above)] {
             if let Some(fit) = fit {
-                let spread = fit.spread.map_or(String::new(), |s| format!(" (± {s:.2})"));
+                let spread = fit.spread.map(|s| text!(" (± {})", Number::fixed(s, 2)));
                 let (constant, exponent) = (fit.constant, fit.exponent);
-                text += &format!(", {side} it grows by {constant:.2e} γ₀^{exponent:.2}{spread}");
+                told = told.and(text!(
+                    ", {} it grows by {} γ₀^{}{}",
+                    side,
+                    Number::new(constant, 3),
+                    Number::fixed(exponent, 2),
+                    spread
+                ));
             }
         }
-    };
-    add("relative energy error", &g.energy);
-    add("relative L² error", &g.l2);
-    text
+    }
+    told
 }
 
 fn solvers(outcome: &StudyOutcome, scene: &str) -> Table {

@@ -3,16 +3,17 @@
 use serde::Serialize;
 
 use super::culprit::{claim_of, lede_of};
-use super::headline::{culprit, headline, overview};
+use super::headline::{headline, overview};
 use super::html::{Run, Spread, tolerances};
 use super::model::{
     Block, Cell, Report, Suite, Table, TestCase, exact, joined, short, table, word,
 };
 use super::next::next_of;
-use super::number::{number, place, whole};
-use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Source, VerifyOutcome, telling};
+use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Source, VerifyOutcome, label, telling};
 use crate::engine::{Explanation, unique};
 use crate::run::{Failure, RESIDUAL_TOLERANCE};
+use crate::text::number::{number, place, whole};
+use crate::text::{Text, text};
 use crate::why::Diagnosis;
 use faceoff_judge::{FieldVerdict, Verdict, Worst};
 use faceoff_mesh::error::Result;
@@ -35,7 +36,7 @@ pub struct Verified<'a> {
 #[derive(Serialize)]
 struct Found<'a> {
     /// The verdict, and which code does what otherwise where.
-    sentence: &'a str,
+    sentence: &'a Text,
     #[serde(flatten)]
     outcome: &'a VerifyOutcome,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
@@ -97,11 +98,11 @@ pub fn verify(verified: Verified) -> Result<Report> {
     if !verbose {
         told.push(overview(outcome).into());
     }
-    let shown = culprit(outcome);
+    let shown = outcome.culprit();
     for case in &outcome.cases {
         let is_shown = shown.is_some_and(|(of, _)| std::ptr::eq(of, case));
         if verbose || is_shown {
-            told.push(Block::Text(format!("{}: {}", label(case), sizes(case))));
+            told.push(Block::text(format!("{}: {}", case.label(), sizes(case))));
             told.extend([engines(case, "").into(), pairs(case).into()]);
         }
     }
@@ -110,15 +111,15 @@ pub fn verify(verified: Verified) -> Result<Report> {
         told.push(methods(outcome).into());
     }
     let failures = outcome.failures.iter();
-    told.extend(failures.map(|f| Block::Text(format!("no answer from {}", f.engine))));
+    told.extend(failures.map(|f| Block::text(format!("no answer from {}", f.engine))));
     for e in &explanations {
-        told.push(Block::Text(format!("{}:", about(e.scene, e.method, e.n))));
+        told.push(Block::text(format!("{}:", label(e.scene, e.method, e.n))));
         let lines = e.explanation.lines().into_iter();
-        told.extend(lines.map(|line| Block::Text(format!("  {line}"))));
+        told.extend(lines.map(|line| Block::text(Text::message(&format!("  {line}")))));
     }
     told.extend(diagnoses.iter().map(|d| {
-        let about = about(&d.scene, &d.method, d.n);
-        Block::Text(format!("{about}: {} – {}: {}", d.a, d.b, d.sentence()))
+        let about = label(&d.scene, &d.method, d.n);
+        Block::text(text!("{}: {} – {}: {}", about, &d.a, &d.b, d.sentence()))
     }));
 
     let mut page = Vec::new();
@@ -130,12 +131,13 @@ pub fn verify(verified: Verified) -> Result<Report> {
         rest.push(methods(outcome).into());
     }
     rest.push(Block::Html(Box::new(move || Ok(run.rest()))));
-    page.push(Block::Folded(
-        "Every pair and field · what was compared, and how each case is posed".into(),
+    page.push(Block::folded(
+        "Every pair and field",
+        "what was compared, and how each case is posed",
         rest,
     ));
     for case in &outcome.cases {
-        let name = format!("the mesh of {}", label(case));
+        let name = format!("the mesh of {}", case.label());
         report.digests.push((name, case.mesh_digest.clone()));
     }
     let engines = outcome.cases.iter().flat_map(|case| &case.engines);
@@ -148,7 +150,7 @@ pub fn verify(verified: Verified) -> Result<Report> {
 }
 
 /// What the claim rests on.
-fn lede(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -> Result<String> {
+fn lede(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -> Result<Text> {
     let told = lede_of(outcome, diagnoses, missing);
     if !outcome.verdict.passes() {
         return Ok(told);
@@ -164,37 +166,31 @@ fn lede(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -
         .flat_map(|c| &c.pairs)
         .filter_map(|p| p.field.rounding_flips);
     let contact = match (points, flips.max().unwrap_or(0)) {
-        (0, _) => String::new(),
-        (points, 0) => format!("Contact is the same at all **{} points**.", whole(points)),
-        (_, flips) => format!(
+        (0, _) => Text::default(),
+        (points, 0) => text!("Contact is the same at all **{} points**.", whole(points)),
+        (_, flips) => text!(
             "Contact differs at up to {} points, all of them at rounding level.",
             whole(flips)
         ),
     };
     let words = [Spread::new(outcome)?.words(), contact, told];
-    Ok(joined(words.into_iter().filter(|w| !w.is_empty()), " "))
+    Ok(Text::joined(
+        words.into_iter().filter(|w| !w.is_empty()),
+        " ",
+    ))
 }
 
 /// By which methods, and what the numbers are.
-fn notes(outcome: &VerifyOutcome) -> Vec<String> {
-    let gamma = outcome.cases.first().map_or(String::new(), |case| {
-        format!(" γ = {} h.", case.setup.discretisation.gamma0)
-    });
-    vec![format!(
-        "Schemes: Burman, Hansbo, Larson 2017, (3.2) and (2.4);{gamma} Residual: the largest row over the sum of the sizes of its terms;          tolerance {}. Difference: |a − b| relative to max |u| and to how much the field changes with the unknowns; tolerances {}.",
+fn notes(outcome: &VerifyOutcome) -> Vec<Text> {
+    let gamma = outcome.cases.first();
+    let gamma = gamma.map(|case| format!(" γ = {} h.", case.setup.discretisation.gamma0));
+    vec![text!(
+        "Schemes: Burman, Hansbo, Larson 2017, (3.2) and (2.4);{} Residual: the largest row over the sum of the sizes of its terms; \
+         tolerance {}. Difference: |a − b| relative to max |u| and to how much the field changes with the unknowns; tolerances {}.",
+        gamma,
         number(RESIDUAL_TOLERANCE, 2),
         tolerances(outcome)
     )]
-}
-
-/// `one-zone, cr, n = 16`
-fn about(scene: &str, method: &str, n: Option<usize>) -> String {
-    let n = n.map_or(String::new(), |n| format!(", n = {n}"));
-    format!("{scene}, {method}{n}")
-}
-
-pub(super) fn label(case: &CaseOutcome) -> String {
-    about(&case.scene, &case.method, case.n)
 }
 
 /// Of every case that the Rust engine solved. A certificate is of all fields on a mesh, where methods are judged by it.
@@ -219,7 +215,7 @@ fn explained<'a>(outcome: &'a VerifyOutcome) -> Vec<Explained<'a>> {
 pub(super) fn engines(case: &CaseOutcome, caption: &str) -> Table {
     let steps = |e: &EngineOutcome| {
         let remark = if e.converged { "" } else { " (not converged)" };
-        Cell::Number(e.iterations as f64, format!("{}{remark}", e.iterations))
+        Cell::number(e.iterations as f64, format!("{}{remark}", e.iterations))
     };
     table!(caption, &case.engines, |e|
         "engine" => &e.engine,
@@ -240,7 +236,7 @@ fn pairs(case: &CaseOutcome) -> Table {
             .map(|c| format!(", conditioned {}", number(c, 3)));
         let tolerance = field.tolerance;
         let words = number(tolerance, 2) + &conditioned.unwrap_or_default();
-        Cell::Number(tolerance, words)
+        Cell::number(tolerance, words)
     };
     table!("", &case.pairs, |pair|
         "pair" => format!("{} – {}", pair.a, pair.b),
@@ -364,13 +360,16 @@ fn suite(case: &CaseOutcome) -> Suite {
     let test = |name, verdict, message| TestCase::new(&class, name, verdict, message);
     let engines = case.engines.iter().map(|engine| {
         let message = match (&engine.findings, engine.converged) {
-            (Some(found), _) => found.sentence(),
+            (Some(found), _) => found.sentence().to_string(),
             (None, true) => format!("its backward error is {}", short(engine.residual)),
             (None, false) => format!("it did not converge in {} steps", engine.iterations),
         };
         let name = &engine.engine;
         TestCase {
-            title: Some(format!("{}: {name} does not solve the scheme", label(case))),
+            title: Some(format!(
+                "{}: {name} does not solve the scheme",
+                case.label()
+            )),
             seconds: engine.seconds,
             ..test(format!("{name} solves the scheme"), engine.verdict, message)
         }
@@ -390,7 +389,7 @@ fn suite(case: &CaseOutcome) -> Suite {
             ("mesh", case.mesh_digest.clone()),
             ("faces", case.faces.to_string()),
         ],
-        ..Suite::new(label(case), cases)
+        ..Suite::new(case.label(), cases)
     }
 }
 

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::engine::{self, Engine, unique};
 use crate::run::{RESIDUAL_TOLERANCE, Runner, Setup, Variation, tolerance};
+use crate::text::{Number, Text, text};
 use faceoff_fem::contact::{Problem, face_fields};
 use faceoff_fem::linear::{self, Precision, Solver};
 use faceoff_judge::judge;
@@ -11,9 +12,29 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 
-/// What the start was matched to where it is not to blame.
-const BADLY_CONDITIONED: &str =
-    "either answer: both solve the same linear system, which is badly conditioned";
+/// What two starts show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Start {
+    /// Nothing, as not both answers are solutions.
+    Unsolved,
+    /// That one linear system, which both solve, is badly conditioned.
+    OneSystem,
+    /// That they lead to two solutions.
+    Decides,
+}
+
+impl Start {
+    /// What the start was matched to.
+    fn words(self) -> &'static str {
+        match self {
+            Start::Unsolved => "either answer, not both of which solve the scheme",
+            Start::OneSystem => {
+                "either answer: both solve the same linear system, which is badly conditioned"
+            }
+            Start::Decides => "both answers in turn, which both solve the scheme",
+        }
+    }
+}
 
 /// What was found about two answers to one case.
 #[derive(Debug, Clone, Serialize)]
@@ -32,6 +53,9 @@ pub struct Diagnosis {
     pub difference: f64,
     /// Those that account for the difference first.
     pub ingredients: Vec<Ingredient>,
+    /// Are both solutions of one linear system, which is then badly conditioned?
+    #[serde(skip)]
+    pub is_one_system: bool,
 }
 
 /// One ingredient, matched.
@@ -107,7 +131,7 @@ impl<'a> Again<'a> {
                 self.add(ingredient, matched, left);
             }
         }
-        self.start()?;
+        let start = self.start()?;
         self.linear_solver()?;
         self.found.sort_by_key(|i| !i.accounts);
         let [a, b] = &self.answers;
@@ -119,6 +143,7 @@ impl<'a> Again<'a> {
             b: b.source.clone(),
             difference: distance(a, b),
             ingredients: self.found,
+            is_one_system: start == Start::OneSystem,
         })
     }
 
@@ -152,14 +177,14 @@ impl<'a> Again<'a> {
         Ok(Some(distance(a, b)))
     }
 
-    fn start(&mut self) -> Result<()> {
+    fn start(&mut self) -> Result<Start> {
         let residuals = self.u.map(|u| self.problem.backward_error(u).0);
         let [a, b] = &self.answers;
         let judged = judge(a, b, tolerance(&self.setup.discretisation.method))?;
         let flips = judged.iter().find_map(|field| field.flips).unwrap_or(0);
-        let (matched, left) = start_decides(residuals, flips, distance(a, b));
-        self.add("the start", matched.into(), left);
-        Ok(())
+        let (start, left) = start_decides(residuals, flips, distance(a, b));
+        self.add("the start", start.words().into(), left);
+        Ok(start)
     }
 
     /// The Rust engine with another linear solver beside the answer of the other.
@@ -196,52 +221,50 @@ impl Diagnosis {
     }
 
     /// What accounts for the difference, in words.
-    pub fn sentence(&self) -> String {
+    pub fn sentence(&self) -> Text {
         let all = self.ingredients.iter();
         let mut causes: Vec<&Ingredient> = all.clone().filter(|i| i.accounts).collect();
         causes.dedup_by(|i, j| i.ingredient == j.ingredient);
-        let cause = |i: &&Ingredient| {
-            format!(
-                "{} accounts for it: with {} the difference falls from {:.1e} to {:.1e}",
-                i.ingredient, i.matched, self.difference, i.left
-            )
-        };
+        let difference = Number::new(self.difference, 2);
         if !causes.is_empty() {
-            let causes: Vec<String> = causes.iter().map(cause).collect();
-            return format!("{}.", causes.join("; "));
+            let causes = causes.into_iter().map(|i| {
+                text!(
+                    "{} accounts for it: with {} the difference falls from {} to {}",
+                    &i.ingredient,
+                    &i.matched,
+                    difference,
+                    Number::new(i.left, 2)
+                )
+            });
+            return text!("{}.", Text::joined(causes, "; "));
         }
-        let none = format!(
-            "nothing that was matched accounts for the difference of {:.1e}",
-            self.difference
+        let none = text!(
+            "nothing that was matched accounts for the difference of {}",
+            difference
         );
-        if all.clone().any(|i| i.matched == BADLY_CONDITIONED) {
-            return format!(
-                "{none}: both answers solve the scheme to rounding and with the same contact status, so that the linear \
-                 system is badly conditioned."
+        if self.is_one_system {
+            return text!(
+                "{}: both answers solve the scheme to rounding and with the same contact status, so that the linear \
+                 system is badly conditioned.",
+                none
             );
         }
         let names = unique(all.map(|i| &*i.ingredient));
-        format!("{none}, neither {}.", names.join(" nor "))
+        text!("{}, neither {}.", none, names.join(" nor "))
     }
 }
 
 /// What is left when both codes start from either answer. Of two solutions the start decides which is found; but as the
 /// scheme is linear while no point of Γ_C changes its status, two of them differ there. Answers with the same status are
 /// one solution of one linear system, which differ by rounding alone.
-fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (&'static str, f64) {
+fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (Start, f64) {
     // Each by itself: the larger of a number and of what is none is the number.
     let solved = residuals.iter().all(|r| *r <= RESIDUAL_TOLERANCE);
     let residual = residuals[0].max(residuals[1]);
     match flips {
-        _ if !solved => {
-            let matched = "either answer, not both of which solve the scheme";
-            (matched, difference)
-        }
-        0 => (BADLY_CONDITIONED, difference),
-        _ => (
-            "both answers in turn, which both solve the scheme",
-            residual,
-        ),
+        _ if !solved => (Start::Unsolved, difference),
+        0 => (Start::OneSystem, difference),
+        _ => (Start::Decides, residual),
     }
 }
 

@@ -1,15 +1,16 @@
 //! Every choice that a code may have made differently.
 
-use super::{Explanation, Rank};
+use super::{Aspect, Explanation, Rank};
 use crate::run::{Datum, Setup, Variation};
+use crate::text::{Text, text};
 use faceoff_fem::contact::{Method, Term};
 use faceoff_fem::quadrature;
 use faceoff_fem::scene::HRule;
 
 /// A choice, how the scheme has it then, and what is said of who made it.
 pub(super) struct Candidate {
-    pub ingredient: &'static str,
-    pub what: String,
+    pub ingredient: Aspect,
+    pub what: Text,
     pub term: Term,
     /// Does it change no other term?
     pub alone: bool,
@@ -30,7 +31,7 @@ impl Candidate {
 pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
     let (dim, discretisation) = (setup.mesh.dim, &setup.discretisation);
     let mut all = Vec::new();
-    let mut add = |ingredient, what: String, (term, alone), variation| {
+    let mut add = |ingredient, what: Text, (term, alone), variation| {
         all.push(Candidate {
             ingredient,
             what,
@@ -46,49 +47,56 @@ pub(super) fn candidates(setup: &Setup) -> Vec<Candidate> {
             all.filter(move |rule| *rule != own)
         };
         for rule in others(dim, load.name) {
-            let what = format!("(f,v) is integrated by {rule}, not {}", load.name);
+            let what = text!("(f,v) is integrated by {}, not {}", rule, load.name);
             let variation = Variation::LoadRule(rule.into());
-            add(
-                "the quadrature of the load",
-                what,
-                (Term::Load, true),
-                variation,
-            );
+            add(Aspect::LoadRule, what, (Term::Load, true), variation);
         }
         for rule in others(dim - 1, contact.name) {
-            let what = format!("Γ_C is integrated by {rule}, not {}", contact.name);
+            let what = text!("Γ_C is integrated by {}, not {}", rule, contact.name);
             let variation = Variation::ContactRule(rule.into());
             // t is integrated by it as well.
             let term = (Term::Contact, setup.scene.data().t.is_zero());
-            add("the quadrature on Γ_C", what, term, variation);
+            add(Aspect::ContactRule, what, term, variation);
         }
     }
     let (h, what) = match discretisation.h {
         HRule::Local => (HRule::Global, "h in γ = γ₀ h is global, not local"),
         HRule::Global => (HRule::Local, "h in γ = γ₀ h is local, not global"),
     };
-    add("h", what.into(), (Term::Contact, true), Variation::H(h));
+    add(
+        Aspect::H,
+        what.into(),
+        (Term::Contact, true),
+        Variation::H(h),
+    );
     for datum in Datum::ALL {
         if !datum.of(setup.scene.data()).is_zero() {
             let (name, term) = (datum.name(), (term_of(datum), true));
-            let negated = format!("{name} has the other sign");
-            add(name, negated, term, Variation::Negated(datum));
-            add(name, format!("{name} is 0"), term, Variation::Zero(datum));
+            let [negated, zero] = [text!("{} has the other sign", name), text!("{} is 0", name)];
+            add(
+                Aspect::Datum(datum),
+                negated,
+                term,
+                Variation::Negated(datum),
+            );
+            add(Aspect::Datum(datum), zero, term, Variation::Zero(datum));
         }
     }
     for (i, k, names) in [
-        (2, 1, "Γ_C and Γ_N"),
-        (2, 0, "Γ_C and Γ_D"),
-        (1, 0, "Γ_N and Γ_D"),
+        (2, 1, text!("Γ_C and Γ_N")),
+        (2, 0, text!("Γ_C and Γ_D")),
+        (1, 0, text!("Γ_N and Γ_D")),
     ] {
-        let what = format!("{names} are swapped");
+        let what = text!("{} are swapped", names);
         let swapped = Variation::Swapped(i, k);
-        add("the boundary", what, (Term::Dirichlet, false), swapped);
+        add(Aspect::Boundary, what, (Term::Dirichlet, false), swapped);
     }
     for other in methods(discretisation.method) {
-        let what = format!("it solves {other}, not {}", discretisation.method);
+        let names = [other, discretisation.method].map(|method| method.to_string());
+        let [solved, own] = names;
+        let what = text!("it solves {}, not {}", solved, own);
         let variation = Variation::Method(other);
-        add("the method", what, (Term::Contact, false), variation);
+        add(Aspect::Method, what, (Term::Contact, false), variation);
     }
     all
 }

@@ -2,8 +2,9 @@
 
 use super::candidates::term_of;
 use super::search::Search;
-use super::{Explanation, Rank};
+use super::{Aspect, Explanation, Rank};
 use crate::run::{Datum, Variation};
+use crate::text::{Number, Text, text};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
@@ -13,7 +14,7 @@ const STEPS: usize = 8;
 const WORTH: f64 = 0.3;
 
 /// A number of the scheme: what it is usually, and the residuals with another.
-struct Number<'a> {
+struct Unknown<'a> {
     usual: f64,
     /// Of the difference quotient.
     step: f64,
@@ -47,7 +48,7 @@ pub(super) fn fits(search: &Search) -> Result<Vec<Explanation>> {
                 continue;
             }
             let residual = |value: f64| search.residual_with(&variation(value));
-            let number = Number {
+            let number = Unknown {
                 usual,
                 step,
                 residual: &residual,
@@ -59,20 +60,21 @@ pub(super) fn fits(search: &Search) -> Result<Vec<Explanation>> {
                 continue;
             };
             let (what, factor) = match usual {
-                1.0 => (format!("{name} is {}{or_u}", times(value)), Some(value)),
+                1.0 => (text!("{} is {}{}", name, times(value), or_u), Some(value)),
                 _ => {
                     let size = if value > 0.0 {
                         "too large"
                     } else {
                         "too small"
                     };
-                    (format!("{name} is {} {size}", rounded(value.abs())), None)
+                    let value = Number::power(rounded(value.abs()));
+                    (text!("{} is {} {}", name, value, size), None)
                 }
             };
             found.push(Explanation {
                 term: Some(term_of(datum)),
                 factor,
-                ..Explanation::new(name, what, Rank::Number, left)
+                ..Explanation::new(Aspect::Datum(datum), what, Rank::Number, left)
             });
         }
     }
@@ -91,7 +93,7 @@ fn whole(search: &Search, signs: &[f64]) -> Option<Explanation> {
     let scaled = |by: f64| search.u.iter().map(|u| by * u).collect::<Vec<f64>>();
     let residual = |by: f64| Some(search.problem.residual(&scaled(by)));
     let signs = signs.iter().filter_map(|usual| {
-        let number = Number {
+        let number = Unknown {
             usual: *usual,
             step: 1e-3,
             residual: &residual,
@@ -100,15 +102,15 @@ fn whole(search: &Search, signs: &[f64]) -> Option<Explanation> {
         Some((search.problem.backward_error(&scaled(by)).0, by))
     });
     let (left, by) = signs.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    let what = format!("u is {} as a whole", times(1.0 / by));
+    let what = text!("u is {} as a whole", times(1.0 / by));
     Some(Explanation {
         factor: Some(1.0 / by),
-        ..Explanation::new("u", what, Rank::Number, left)
+        ..Explanation::new(Aspect::U, what, Rank::Number, left)
     })
 }
 
 /// The number with the smallest residual, by Gauss and Newton with differences; none where it explains nothing.
-fn fit(search: &Search, number: &Number) -> Option<f64> {
+fn fit(search: &Search, number: &Unknown) -> Option<f64> {
     let weighted = |value: f64| -> Option<Vec<f64>> {
         let residual = (number.residual)(value)?;
         Some(search.weighted(&residual))
@@ -144,26 +146,24 @@ fn fit(search: &Search, number: &Number) -> Option<f64> {
 }
 
 /// `× 1.00100`: three digits of what it is more or less than 1.
-pub(super) fn times(factor: f64) -> String {
+pub(super) fn times(factor: f64) -> Text {
     let off = (factor - 1.0).abs();
-    match off {
-        _ if !(0.1..1e6).contains(&factor.abs()) => format!("× {factor:.6e}"),
-        off if off < 1e-11 => "× 1".into(),
+    let number = match off {
+        _ if !(0.1..1e6).contains(&factor.abs()) => Number::new(factor, 7),
+        off if off < 1e-11 => Number::fixed(1.0, 0),
         _ => {
             // 0.000999999 has its digits where 0.001 has them.
             let power = (off * (1.0 + 1e-6)).log10().floor();
             let digits = (2.0 - power).clamp(3.0, 14.0) as usize;
-            format!("× {factor:.digits$}")
+            Number::fixed(factor, digits)
         }
-    }
+    };
+    text!("× {}", number)
 }
 
-/// Four digits, and no more than it has.
-fn rounded(value: f64) -> String {
-    let text = format!("{value:.3e}");
-    let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-    let digits = digits.trim_end_matches('0').trim_end_matches('.');
-    format!("{digits}e{power}")
+/// With four digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn factors_have_three_digits_of_their_own() {
         let factors = [1.000_999_999_9, 1.01, 1.000_001, 2.0, -1.0, 77.0, 1e-8];
-        let words = factors.map(times);
+        let words = factors.map(|factor| times(factor).to_string());
         let expected = [
             "× 1.00100",
             "× 1.0100",
@@ -184,6 +184,7 @@ mod tests {
             "× 1.000000e-8",
         ];
         assert_eq!(words, expected);
-        assert_eq!([1e-6, 0.25].map(rounded), ["1e-6", "2.5e-1"]);
+        let rounded = [1e-6, 0.25].map(|value| Number::power(rounded(value)).to_string());
+        assert_eq!(rounded, ["1e-6", "2.5e-1"]);
     }
 }

@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::data::times;
 use super::place::Spot;
 use super::search::Search;
-use super::{Explanation, Rank};
+use super::{Aspect, Explanation, Rank};
+use crate::text::{Number, text};
 use faceoff_fem::contact::{Problem, Term};
 
 /// Starts, relative to the γ₀ that was asked for: least squares find the nearest minimum only.
@@ -144,11 +145,12 @@ fn everywhere(search: &mut Search) -> Option<Explanation> {
             term: Some(Term::Contact),
             factor: Some(factor),
             ..Explanation::new(
-                "γ",
-                format!("γ is {} on all faces, as with γ₀ = {gamma0}", times(factor)),
+                Aspect::Gamma,
+                text!("γ is {} on all faces", times(factor)),
                 Rank::Number,
                 left,
             )
+            .more(text!(", as with γ₀ = {}", Number::exact(gamma0)))
         }
     })
 }
@@ -195,17 +197,16 @@ fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Explanation> {
     let last = factors[*off.last()?];
     let how_much = match (first - last).abs() <= 1e-6 * (first - 1.0).abs() {
         true => times(first),
-        false => format!("{} to {}", times(first), times(last)),
+        false => text!("{} to {}", times(first), times(last)),
     };
     let rank = match off.len() <= 3.max(with_say / 4) {
         true => Rank::Places,
         false => Rank::Many,
     };
+    let brief = text!("γ is {}", how_much);
     Some(Explanation {
         term: Some(Term::Contact),
         factor: (off.len() == 1).then_some(first),
-        what: format!("γ is {how_much} on {}", Spot::list(&at)),
-        at,
-        ..Explanation::new("γ", String::new(), rank, left)
+        ..Explanation::new(Aspect::Gamma, brief, rank, left).on(at)
     })
 }

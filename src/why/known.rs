@@ -2,12 +2,11 @@
 
 use super::place::Spot;
 use super::search::Search;
-use super::{Explanation, Rank};
+use super::{Aspect, Explanation, Rank};
+use crate::text::{Number, Text, text};
 use faceoff_fem::contact::Term;
 use faceoff_mesh::error::Result;
 
-/// What is to blame where all values are nearly right.
-pub(super) const ITERATION: &str = "the iteration";
 /// Values are the same up to this, relative to the largest difference.
 const SAME: f64 = 1e-6;
 /// What is farther from the solution than this, relative to its largest value, is no iteration stopped early.
@@ -42,35 +41,26 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
     if !off.is_empty() && (is_permuted || few) && left <= search.limit {
         let at: Vec<Spot> = off.iter().map(spot).collect();
         let count = off.len();
-        let (ingredient, what) = match (is_permuted, &off[..]) {
+        let (aspect, brief, between) = match (is_permuted, &off[..]) {
             (true, _) => {
-                let of = format!("{count} of {} values", u.len());
-                let what = format!(
-                    "its values are permuted: {of} stand at other places, {}",
-                    Spot::list(&at)
-                );
-                ("the order", what)
+                let of = text!("{} of {} values", count, u.len());
+                let brief = text!("its values are permuted: {} stand at other places", of);
+                (Aspect::Order, brief, ", ")
             }
             (_, [one]) => {
-                let what = format!(
-                    "one value is off: {}, not {}, on {}",
-                    u[*one],
-                    known[*one],
-                    at[0].words()
-                );
-                ("u", what)
+                let [is, right] = [u, &known[..]].map(|of| Number::exact(of[*one]));
+                let brief = text!("one value is off: {}, not {}", is, right);
+                (Aspect::U, brief, ", on ")
             }
             _ => {
-                let what = format!(
-                    "{count} values are off, all others right: on {}",
-                    Spot::list(&at)
-                );
-                ("u", what)
+                let brief = text!("{} values are off, all others right", count);
+                (Aspect::U, brief, ": on ")
             }
         };
+        let more = text!("{}{}", between, Spot::list(&at));
         return Ok(Some(Explanation {
             at,
-            ..Explanation::new(ingredient, what, Rank::Values, left)
+            ..Explanation::new(aspect, brief, Rank::Values, left).more(more)
         }));
     }
     if !(farthest <= NEARLY * largest) {
@@ -78,20 +68,17 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
     }
     let suspects = search.suspects();
     let or = if suspects.contains(&Term::Load) && !search.setup.scene.data().f.is_zero() {
-        ", or f is integrated by a rule that is not known here"
+        text!(", or f is integrated by a rule that is not known here")
     } else if suspects.contains(&Term::Contact) {
-        ", or something on Γ_C differs in a way that is not known here"
+        text!(", or something on Γ_C differs in a way that is not known here")
     } else {
-        ""
+        Text::default()
     };
-    let what = format!(
-        "no change of the scheme explains it; it is {:.1e} of max|u| away from the solution, as after an iteration that stopped early{or}",
-        farthest / largest
+    let brief = text!(
+        "no change of the scheme explains it; it is {} of max|u| away from the solution",
+        Number::new(farthest / largest, 2)
     );
-    Ok(Some(Explanation::new(
-        ITERATION,
-        what,
-        Rank::Values,
-        search.residual,
-    )))
+    let more = text!(", as after an iteration that stopped early{}", or);
+    let found = Explanation::new(Aspect::Iteration, brief, Rank::Values, search.residual);
+    Ok(Some(found.more(more)))
 }

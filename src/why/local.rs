@@ -2,7 +2,9 @@
 
 use super::place::Spot;
 use super::search::Search;
-use super::{Explanation, Rank};
+use super::{Aspect, Explanation, Rank};
+use crate::run::Datum;
+use crate::text::{Number, text};
 use faceoff_fem::contact::Term;
 
 /// So many points of a face have their statuses tried, in all combinations.
@@ -24,21 +26,28 @@ pub(super) fn values_held(search: &mut Search) -> Option<Explanation> {
     let spot = |dof: &usize| Spot::of_dof(&search.problem, *dof, search.errors[*dof]);
     let at: Vec<Spot> = off.iter().map(spot).collect();
     let all = search.problem.dirichlet.given().count();
-    let what = match (&off[..], search.problem.dirichlet[first]) {
-        ([_], Some(g)) => {
-            let u = search.u[first];
-            format!("u is {u}, not g = {g}, on {}", at[0].words())
-        }
-        _ => format!(
-            "u is not g at {} of {all} dofs on Γ_D, {}",
-            off.len(),
-            Spot::list(&at)
-        ),
-    };
-    Some(Explanation {
+    let found = |brief| Explanation {
         term: Some(Term::Dirichlet),
-        at,
-        ..Explanation::new("g", what, Rank::Places, left)
+        ..Explanation::new(Aspect::Datum(Datum::G), brief, Rank::Places, left)
+    };
+    Some(match (&off[..], search.problem.dirichlet[first]) {
+        ([_], Some(g)) => {
+            let [u, g] = [search.u[first], g].map(Number::exact);
+            let brief = text!("u is {}, not g = {}", u, g);
+            let more = text!(", on {}", at[0].words());
+            Explanation {
+                at,
+                ..found(brief).more(more)
+            }
+        }
+        _ => {
+            let brief = text!("u is not g at {} of {} dofs on Γ_D", off.len(), all);
+            let more = text!(", {}", Spot::list(&at));
+            Explanation {
+                at,
+                ..found(brief).more(more)
+            }
+        }
     })
 }
 
@@ -99,14 +108,15 @@ pub(super) fn status(search: &Search) -> Option<Explanation> {
     };
     let left = search.weighted(&residual).into_iter().fold(0.0, larger);
     let noun = if flips == 1 { "point" } else { "points" };
+    let brief = text!("the contact status is the other one at {} {}", flips, noun);
+    let more = text!(
+        " of {}, as when contact lags by an iteration",
+        Spot::list(&faces)
+    );
     Some(Explanation {
         term: Some(Term::Contact),
-        what: format!(
-            "the contact status is the other one at {flips} {noun} of {}, as when contact lags by an iteration",
-            Spot::list(&faces)
-        ),
         at: faces,
-        ..Explanation::new("the contact status", String::new(), Rank::Statuses, left)
+        ..Explanation::new(Aspect::Status, brief, Rank::Statuses, left).more(more)
     })
 }
 

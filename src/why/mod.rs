@@ -6,6 +6,7 @@
 //! part of the scheme (tolerance, order of the mesh) shows only when two codes run again.
 
 mod again;
+mod aspect;
 mod candidates;
 mod data;
 mod gamma;
@@ -18,9 +19,11 @@ mod search;
 use serde::Serialize;
 
 use crate::run::Written;
+use crate::text::{Number, Text, text};
 use faceoff_fem::contact::Term;
 
 pub use again::{Again, Diagnosis, Ingredient};
+pub use aspect::Aspect;
 pub use gamma::FaceGamma;
 pub use order::{elsewhere, order};
 pub use place::Spot;
@@ -72,10 +75,13 @@ pub struct TermRows {
 /// One change of the scheme or of the values, and the residual with it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Explanation {
-    /// What differs: `γ`, `the quadrature of the load`.
-    pub ingredient: &'static str,
+    /// What differs.
+    pub ingredient: Aspect,
     /// How, as a sentence about the code.
-    pub what: String,
+    pub what: Text,
+    /// The same without places.
+    #[serde(skip)]
+    pub brief: Text,
     /// The one that it is about, where it is about one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub term: Option<Term>,
@@ -114,10 +120,12 @@ enum Rank {
 }
 
 impl Explanation {
-    fn new(ingredient: &'static str, what: String, rank: Rank, left: f64) -> Self {
+    /// What `brief` says, which names no place.
+    fn new(ingredient: Aspect, brief: Text, rank: Rank, left: f64) -> Self {
         Explanation {
             ingredient,
-            what,
+            what: brief.clone(),
+            brief,
             term: None,
             factor: None,
             at: Vec::new(),
@@ -127,8 +135,28 @@ impl Explanation {
         }
     }
 
+    /// With the places, or what else is said behind.
+    fn more(mut self, more: Text) -> Self {
+        self.what = self.what.and(more);
+        self
+    }
+
+    /// With the faces, edges or vertices where it is.
+    fn on(self, at: Vec<Spot>) -> Self {
+        let more = text!(" on {}", Spot::list(&at));
+        Explanation {
+            at,
+            ..self.more(more)
+        }
+    }
+
+    /// Is it about γ?
+    pub fn is_gamma(&self) -> bool {
+        self.ingredient == Aspect::Gamma
+    }
+
     fn is_iteration(&self) -> bool {
-        self.ingredient == known::ITERATION
+        self.ingredient == Aspect::Iteration
     }
 }
 
@@ -150,61 +178,61 @@ impl Findings {
     }
 
     /// What is wrong where, in words after the name of the code.
-    pub fn sentence(&self) -> String {
-        let size = |error: f64| format!("{error:.1e}");
-        let at = self.worst.first();
-        let at = at.map_or(String::new(), |spot| format!(" at {}", spot.words()));
+    pub fn sentence(&self) -> Text {
+        let size = |error: f64| Number::new(error, 2);
         if self.solves() {
-            return format!("solves the scheme: its residual is {}", size(self.residual));
+            return text!("solves the scheme: its residual is {}", size(self.residual));
         }
+        let fail = text!("{} of {} rows fail", self.failing, self.rows);
         if let Some(culprit) = self.culprit() {
             let others = self.explanations.iter().skip(1);
             // An iteration is only what is left: γ by face, which supposes more, stands beside it.
             let is_iteration = culprit.is_iteration();
             let others = others.filter(|e| e.accounts && (e.rank == culprit.rank || is_iteration));
-            let others: String = others.map(|e| format!("; or {}", e.what)).collect();
-            let what = format!("{}{others}. Residual {}", culprit.what, size(self.residual));
-            let fail = format!("{} of {} rows fail", self.failing, self.rows);
-            return match culprit.ingredient {
-                _ if culprit.rank == Rank::Written => what,
-                _ if is_iteration => format!("{what}; {fail}"),
-                _ => format!(
-                    "{what}, and {} with that change; {fail}",
-                    size(culprit.left)
+            let others = others.map(|e| text!("; or {}", &e.what));
+            let what = culprit.what.clone().and(Text::joined(others, ""));
+            let what = text!("{}. Residual {}", what, size(self.residual));
+            return match culprit.rank {
+                Rank::Written => what,
+                _ if is_iteration => text!("{}; {}", what, fail),
+                _ => text!(
+                    "{}, and {} with that change; {}",
+                    what,
+                    size(culprit.left),
+                    fail
                 ),
             };
         }
-        let terms = self.terms.iter().filter(|t| t.suspect);
-        let terms: Vec<&str> = terms.map(|t| name(t.term)).collect();
-        let terms = match &terms[..] {
-            [] => String::new(),
-            terms => format!(", all of which contain {}", terms.join(" or ")),
-        };
+        let at = self.worst.first().map(|spot| text!(" at {}", spot.words()));
+        let suspects = || self.terms.iter().filter(|t| t.suspect);
+        let terms = Text::joined(suspects().map(|t| name(t.term)), " or ");
+        let terms = suspects()
+            .next()
+            .map(|_| text!(", all of which contain {}", terms));
         let nearest = self.explanations.first();
         let nearest = nearest.filter(|e| e.left < 0.1 * self.residual);
-        let nearest = nearest.map_or(String::new(), |e| {
-            format!(
-                "; the nearest is that {}, which leaves {}",
-                e.what,
-                size(e.left)
-            )
+        let nearest = nearest.map(|e| {
+            let left = size(e.left);
+            text!("; the nearest is that {}, which leaves {}", &e.what, left)
         });
-        format!(
-            "it does not solve the scheme, and no single change explains it. Residual {}{at}; {} of {} rows fail{terms}{nearest}",
+        text!(
+            "it does not solve the scheme, and no single change explains it. Residual {}{}; {}{}{}",
             size(self.residual),
-            self.failing,
-            self.rows
+            at,
+            fail,
+            terms,
+            nearest
         )
     }
 }
 
 /// What a term is called.
-pub fn name(term: Term) -> &'static str {
+pub fn name(term: Term) -> Text {
     match term {
-        Term::Volume => "the volume term (∇u,∇v)",
-        Term::Load => "the load (f,v) + <t,v>",
-        Term::Consistency => "the consistency term <∂ₙu,v>",
-        Term::Contact => "the contact term",
-        Term::Dirichlet => "the values on Γ_D",
+        Term::Volume => text!("the volume term (∇u,∇v)"),
+        Term::Load => text!("the load (f,v) + <t,v>"),
+        Term::Consistency => text!("the consistency term <∂ₙu,v>"),
+        Term::Contact => text!("the contact term"),
+        Term::Dirichlet => text!("the values on Γ_D"),
     }
 }

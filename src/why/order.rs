@@ -9,9 +9,8 @@ const SAME: f64 = 1e-8;
 pub fn order(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String> {
     let space = &problem.space;
     let local = space.local_dofs;
-    let largest = known.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let same = |a: f64, b: f64| (a - b).abs() <= SAME * largest;
-    if raw.iter().zip(known).all(|(a, b)| same(*a, *b)) {
+    let same = same(known);
+    if is_right(raw, known) {
         return None;
     }
     // Dofs on vertices and on edges are not mixed up with each other.
@@ -36,8 +35,10 @@ pub fn order(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String> {
 /// Are the values right, but at other places in each cell, or at other cells?
 pub fn elsewhere(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String> {
     let local = problem.space.local_dofs;
-    let largest = known.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let same = |a: f64, b: f64| (a - b).abs() <= SAME * largest;
+    let same = same(known);
+    if is_right(raw, known) {
+        return None;
+    }
     let sorted = |values: &[f64]| {
         let mut sorted = values.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -60,6 +61,18 @@ pub fn elsewhere(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String
     }
     alike(raw, known)
         .then(|| "the values are right, but stand at other cells: keep the order given".into())
+}
+
+/// Are two of the values one?
+fn same(known: &[f64]) -> impl Fn(f64, f64) -> bool {
+    let largest = known.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    move |a, b| (a - b).abs() <= SAME * largest
+}
+
+/// Does each value stand where it should?
+fn is_right(raw: &[f64], known: &[f64]) -> bool {
+    let same = same(known);
+    raw.iter().zip(known).all(|(a, b)| same(*a, *b))
 }
 
 /// For each of `places`, a different one of them that it fits: `fits(place, from)`.

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::text::{Number, Text, text};
 use faceoff_fem::contact::Problem;
 
 /// A vertex, an edge or a face.
@@ -46,22 +47,27 @@ impl Spot {
     }
 
     /// `face [6, 7] at (0.2031, 0.0000)`
-    pub fn words(&self) -> String {
+    pub fn words(&self) -> Text {
+        let at = self.midpoint.iter().map(|x| Number::fixed(*x, 4));
+        text!("{} at ({})", self.carrier(), Text::joined(at, ", "))
+    }
+
+    /// `face [6, 7]`
+    pub fn carrier(&self) -> String {
         let kind = match self.vertices.len() {
             1 => "vertex",
             n if n == self.midpoint.len() => "face",
             _ => "edge",
         };
-        let at: Vec<String> = self.midpoint.iter().map(|x| format!("{x:.4}")).collect();
-        format!("{kind} {:?} at ({})", self.vertices, at.join(", "))
+        format!("{kind} {:?}", self.vertices)
     }
 
     /// The first of them by name, the rest by number.
-    pub(super) fn list(spots: &[Spot]) -> String {
-        let named: Vec<String> = spots.iter().take(NAMED).map(Spot::words).collect();
+    pub(super) fn list(spots: &[Spot]) -> Text {
+        let named = Text::joined(spots.iter().take(NAMED).map(Spot::words), ", ");
         match spots.len().saturating_sub(NAMED) {
-            0 => named.join(", "),
-            more => format!("{} and {more} more", named.join(", ")),
+            0 => named,
+            more => text!("{} and {} more", named, more),
         }
     }
 }

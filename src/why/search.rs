@@ -5,9 +5,10 @@ use std::sync::Arc;
 use super::candidates::{Candidate, candidates};
 use super::gamma::FaceGamma;
 use super::place::Spot;
-use super::{Explanation, Findings, Rank, TermRows, data, gamma, known, local};
+use super::{Aspect, Explanation, Findings, Rank, TermRows, data, gamma, known, local};
 use crate::engine::{self, Answer};
 use crate::run::{RESIDUAL_TOLERANCE, Runner, Setup, Variation, Written};
+use crate::text::text;
 use faceoff_fem::contact::{Problem, Rows, Term};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
@@ -70,13 +71,13 @@ pub fn examine(runner: &Runner, setup: &Setup, u: &[f64], written: Written) -> R
 
 impl Search<'_> {
     fn rounded(&self, written: Written) -> Explanation {
-        let what = format!(
+        let what = text!(
             "its values are written {}, which is all that the residual shows",
             written.words()
         );
         Explanation {
             accounts: true,
-            ..Explanation::new("the digits", what, Rank::Written, self.residual)
+            ..Explanation::new(Aspect::Digits, what, Rank::Written, self.residual)
         }
     }
 

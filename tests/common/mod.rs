@@ -183,3 +183,10 @@ pub fn test_config(cases: u32) -> proptest::test_runner::Config {
         ..proptest::test_runner::Config::default()
     }
 }
+
+/// How many times as many random cases as usual `FACEOFF_SCENES` asks for, as `tests/run --all` does.
+pub fn times() -> usize {
+    std::env::var("FACEOFF_SCENES").map_or(1, |times| {
+        times.parse().expect("FACEOFF_SCENES is a whole number")
+    })
+}

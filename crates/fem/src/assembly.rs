@@ -10,13 +10,12 @@ mod quadratic;
 
 use std::sync::{Arc, OnceLock};
 
-use rayon::prelude::*;
-
 use crate::element::{Basis, MAX_DOFS, Space};
 use crate::linear::{Elements, clear, zeros};
 use crate::quadrature::{self, Rule};
 pub use face_points::{FacePoint, FacePoints};
 use faceoff_mesh::mesh::Metric;
+use faceoff_mesh::parallel;
 pub(crate) use iterated::{Free, Iterated, iterations};
 pub use load::{add_load, add_traction, value_at};
 use nalgebra::Vector3;
@@ -56,8 +55,8 @@ fn add_over_cells(
     let of = |first: usize| first..(first + WAITING).min(cells);
     let form = |first: usize, vectors: &mut [f64]| {
         let vectors = &mut vectors[..of(first).len() * local];
-        let tasks = vectors.par_chunks_mut(TASK * local).enumerate();
-        tasks.for_each(|(k, vectors)| {
+        let tasks = vectors.chunks_mut(TASK * local).enumerate();
+        parallel::map(tasks, |(k, vectors)| {
             let from = first + k * TASK;
             form(from..from + vectors.len() / local, vectors);
         });
@@ -84,14 +83,10 @@ fn add_over_cells(
 
 /// Σ over the cells of numbers, always in the same order.
 fn total_over_cells(space: &Space, value: impl Fn(usize) -> f64 + Sync) -> f64 {
-    let cells: Vec<usize> = (0..space.mesh.cell_count()).step_by(TASK).collect();
-    let parts: Vec<f64> = cells
-        .into_par_iter()
-        .map(|from| {
-            let to = (from + TASK).min(space.mesh.cell_count());
-            (from..to).map(&value).sum()
-        })
-        .collect();
+    let count = space.mesh.cell_count();
+    let parts = parallel::map((0..count).step_by(TASK), |from| {
+        (from..count.min(from + TASK)).map(&value).sum::<f64>()
+    });
     parts.iter().sum()
 }
 
@@ -200,9 +195,11 @@ impl<'a> Stiffness<'a> {
         self.weights.get_or_init(|| {
             let count = self.pairs.len();
             let mut weights = vec![0.0; count * self.space.mesh.cell_count()];
-            let cells = weights.par_chunks_exact_mut(count).enumerate();
-            cells.for_each(|(cell, weights)| {
-                weights.copy_from_slice(&self.weights_of(cell)[..count]);
+            let tasks = weights.chunks_mut(TASK * count).enumerate();
+            parallel::map(tasks, |(k, weights)| {
+                for (cell, weights) in (k * TASK..).zip(weights.chunks_exact_mut(count)) {
+                    weights.copy_from_slice(&self.weights_of(cell)[..count]);
+                }
             });
             weights
         });

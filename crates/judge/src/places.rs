@@ -4,11 +4,13 @@
 //! one number. Points with the same numbers on all axes are at one place. There is no grid, whose lines could separate
 //! points that belong together.
 
-use rayon::prelude::*;
-
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::parallel;
+use rayon::prelude::*;
 
+/// Points that one task looks at.
+const CHUNK: usize = 1 << 10;
 /// How closely coordinates computed by two codes agree in binary64, relative to the extent of the mesh.
 const NEAR: f64 = 1e-9;
 /// The same for binary32.
@@ -37,8 +39,11 @@ pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> Result<f64> {
         largest = largest.max(high.abs()).max(low.abs());
     }
     let all = |points: &[[f64; 3]], rounded: &(dyn Fn(f64) -> bool + Sync)| {
-        let points = points.par_iter();
-        points.all(|p| cancel::cause().is_none() && p.iter().all(|x| rounded(*x)))
+        let found = parallel::map(points.chunks(CHUNK), |points| {
+            let mut points = points.iter();
+            points.all(|p| cancel::cause().is_none() && p.iter().all(|x| rounded(*x)))
+        });
+        !found.contains(&false)
     };
     let mut near = NEAR * extent;
     for points in [a, b] {

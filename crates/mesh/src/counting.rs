@@ -1,6 +1,6 @@
 //! Counting sort on all cores.
 
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Fewest keys that a task sorts by, and fewest entries that one writes.
 const TASK: usize = 1 << 12;
@@ -20,8 +20,7 @@ pub fn sort_by_key(keys: &[u32], count: usize) -> (Vec<usize>, Vec<u32>) {
         .max(TASK);
     let of_task = |task: usize, key: u32| (key as usize).wrapping_sub(task * some);
     let (mut starts, mut next) = (vec![0; count + 1], vec![0; count]);
-    let counts = next.par_chunks_mut(some).enumerate();
-    counts.for_each(|(task, counts)| {
+    parallel::map(next.chunks_mut(some).enumerate(), |(task, counts)| {
         for &key in keys {
             if let Some(count) = counts.get_mut(of_task(task, key)) {
                 *count += 1;
@@ -40,8 +39,7 @@ pub fn sort_by_key(keys: &[u32], count: usize) -> (Vec<usize>, Vec<u32>) {
         rest = others;
         (task, first, next, own)
     });
-    let tasks: Vec<_> = tasks.collect();
-    tasks.into_par_iter().for_each(|(task, first, next, own)| {
+    parallel::map(tasks, |(task, first, next, own)| {
         for (place, &key) in (0..).zip(keys) {
             if let Some(slot) = next.get_mut(of_task(task, key)) {
                 own[*slot - first] = place;

@@ -64,6 +64,7 @@ pub mod file;
 pub mod io;
 pub mod memory;
 pub mod mesh;
+pub mod parallel;
 pub mod process;
 mod said;
 

@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
+use super::diagnosis::Change;
 use super::fields::worst;
 use super::{Moved, OfField, OfPair};
 use crate::run::Same;
+use crate::text::{Number, Text, text};
 use faceoff_judge::Verdict;
 
 /// A move explains a difference if it is at least this part of it: what moves by less leaves most of the difference.
@@ -33,7 +35,7 @@ pub struct Finding {
     #[serde(flatten)]
     pub cause: Cause,
     /// In a sentence, without its full stop.
-    pub words: String,
+    pub words: Text,
 }
 
 /// What is said of a difference.
@@ -52,7 +54,7 @@ pub enum Cause {
         /// That code.
         code: String,
         /// What was changed.
-        change: &'static str,
+        change: Change,
     },
     /// One code moves so with the last digits of its parameters.
     Sensitive {
@@ -70,23 +72,17 @@ pub enum Cause {
 }
 
 /// Of all pairs of one field or number: first the code that differs from the others, which agree, then each pair that differs.
-pub(super) fn findings(
-    of: &str,
-    same: Same,
-    pairs: &[Pair],
-    moved: &[Moved],
-    rounding: &'static str,
-) -> Vec<Finding> {
+pub(super) fn findings(of: &str, same: Same, pairs: &[Pair], moved: &[Moved]) -> Vec<Finding> {
     let odd = odd(pairs).map(|(code, agree)| {
         let words = odd_words(&code, &agree);
         Finding {
             of: of.to_owned(),
-            words: format!("`{of}`: {words}"),
+            words: text!("`{}`: {}", of, words),
             cause: Cause::Odd { code, agree },
         }
     });
     let differ = pairs.iter().filter(|pair| !pair.agrees);
-    let each = differ.map(|pair| finding(of, same, pair, moved, rounding));
+    let each = differ.map(|pair| finding(of, same, pair, moved));
     odd.into_iter().chain(each).collect()
 }
 
@@ -116,7 +112,7 @@ pub(super) fn of_field<'a>(field: &'a OfField, level: &str) -> Vec<Pair<'a>> {
 
 impl OfField {
     /// In words, where on some level all codes but one of three or more agree.
-    pub fn odd_one(&self) -> Option<String> {
+    pub fn odd_one(&self) -> Option<Text> {
         let levels: BTreeSet<&str> = self.pairs.iter().map(|pair| &*pair.level).collect();
         let mut odd = levels
             .iter()
@@ -144,15 +140,15 @@ pub(super) fn odd(pairs: &[Pair]) -> Option<(String, Vec<String>)> {
     Some((code.to_owned(), others.map(|c| (*c).to_owned()).collect()))
 }
 
-pub(super) fn odd_words(code: &str, agree: &[String]) -> String {
-    format!("{} agree; {code} differs", agree.join(" and "))
+pub(super) fn odd_words(code: &str, agree: &[String]) -> Text {
+    text!("{} agree; {} differs", agree.join(" and "), code)
 }
 
-fn finding(of: &str, same: Same, pair: &Pair, moved: &[Moved], rounding: &'static str) -> Finding {
+fn finding(of: &str, same: Same, pair: &Pair, moved: &[Moved]) -> Finding {
     let (a, b, apart) = (pair.a, pair.b, pair.apart);
     let most = |code: &str, is_rounding: bool| {
         let of_code = moved.iter().filter(|m| m.code == code && m.of == of);
-        let of_kind = of_code.filter(|m| (m.change == rounding) == is_rounding);
+        let of_kind = of_code.filter(|m| (m.change == Change::Rounding) == is_rounding);
         let moves = of_kind.filter_map(|m| Some((m.relative?, m.change)));
         moves.max_by(|a, b| a.0.total_cmp(&b.0))
     };
@@ -167,55 +163,77 @@ fn finding(of: &str, same: Same, pair: &Pair, moved: &[Moved], rounding: &'stati
     let (cause, words) = match (with_order, with_digits) {
         (_, [Some((by, _)), Some(_)]) => (
             Cause::Rounding,
-            format!(
-                "{a} and {b} both move as far as they are apart ({by:.1e} of it) with {rounding}: the problem is so conditioned that \
-                 rounding decides"
+            text!(
+                "{} and {} both move as far as they are apart ({} of it) with {}: the problem is so conditioned that \
+                 rounding decides",
+                a,
+                b,
+                Number::new(by, 2),
+                Change::Rounding.words()
             ),
         ),
         ([Some((by, change)), Some((by_b, change_b))], _) => (
             Cause::Both,
-            format!(
-                "{a} moves by {by:.1e} of it with {change}, {b} by {by_b:.1e} with {change_b}, as far as they are apart: what they \
-                 compute is not determined to more"
+            text!(
+                "{} moves by {} of it with {}, {} by {} with {}, as far as they are apart: what they \
+                 compute is not determined to more",
+                a,
+                Number::new(by, 2),
+                change.words(),
+                b,
+                Number::new(by_b, 2),
+                change_b.words()
             ),
         ),
         ([Some(by), None], _) => fault(a, by),
         ([None, Some(by)], _) => fault(b, by),
-        (_, [Some((by, _)), None]) => sensitive(a, by, rounding),
-        (_, [None, Some((by, _))]) => sensitive(b, by, rounding),
+        (_, [Some((by, _)), None]) => sensitive(a, by),
+        (_, [None, Some((by, _))]) => sensitive(b, by),
         _ if same == Same::Problem => (
             Cause::Discretisation,
-            format!(
-                "{a} and {b} differ by {apart:.1e} of it, more than is allowed; nothing that was changed explains it. Their \
-                 discretisations differ, which may be all: finer meshes tell"
+            text!(
+                "{} and {} differ by {} of it, more than is allowed; nothing that was changed explains it. Their \
+                 discretisations differ, which may be all: finer meshes tell",
+                a,
+                b,
+                Number::new(apart, 2)
             ),
         ),
         _ => (
             Cause::Unexplained,
-            format!(
-                "nothing that was changed explains why {a} and {b} differ by {apart:.1e} of it"
+            text!(
+                "nothing that was changed explains why {} and {} differ by {} of it",
+                a,
+                b,
+                Number::new(apart, 2)
             ),
         ),
     };
     Finding {
         of: of.to_owned(),
         cause,
-        words: format!("`{of}`: {words}"),
+        words: text!("`{}`: {}", of, words),
     }
 }
 
-fn fault(code: &str, (by, change): (f64, &'static str)) -> (Cause, String) {
-    let words = format!(
-        "{code} moves by {by:.1e} of it with {change}, as far as the codes are apart, and must not: look for the fault there, or for what leaves the answer open, as the sign of a mode"
+fn fault(code: &str, (by, change): (f64, Change)) -> (Cause, Text) {
+    let words = text!(
+        "{} moves by {} of it with {}, as far as the codes are apart, and must not: look for the fault there, or for what leaves the answer open, as the sign of a mode",
+        code,
+        Number::new(by, 2),
+        change.words()
     );
     let code = code.to_owned();
     (Cause::Fault { code, change }, words)
 }
 
-fn sensitive(code: &str, by: f64, rounding: &str) -> (Cause, String) {
-    let words = format!(
-        "{code} moves by {by:.1e} of it with {rounding}, as far as the codes are apart, and the other does not: it is the one that \
-         loses digits"
+fn sensitive(code: &str, by: f64) -> (Cause, Text) {
+    let words = text!(
+        "{} moves by {} of it with {}, as far as the codes are apart, and the other does not: it is the one that \
+         loses digits",
+        code,
+        Number::new(by, 2),
+        Change::Rounding.words()
     );
     let code = code.to_owned();
     (Cause::Sensitive { code }, words)
@@ -225,10 +243,10 @@ fn sensitive(code: &str, by: f64, rounding: &str) -> (Cause, String) {
 mod tests {
     use super::*;
 
-    const ROUNDING: &str = "the last digits changed";
-    const CELLS: &str = "cells in reverse order";
+    const ROUNDING: Change = Change::Rounding;
+    const CELLS: Change = Change::Cells;
 
-    fn moved(code: &str, change: &'static str, by: f64) -> Moved {
+    fn moved(code: &str, change: Change, by: f64) -> Moved {
         Moved {
             code: code.into(),
             change,
@@ -246,11 +264,11 @@ mod tests {
             agrees,
         };
         let pairs: Vec<Pair> = pairs.iter().map(pair).collect();
-        let found = findings("u", same, &pairs, moved, ROUNDING);
+        let found = findings("u", same, &pairs, moved);
         assert!(
             found
                 .iter()
-                .all(|f| !f.words.contains("different problems"))
+                .all(|f| !f.words.to_string().contains("different problems"))
         );
         found.into_iter().map(|f| f.cause).collect()
     }

@@ -1,13 +1,14 @@
 //! What moves a code's answer that should not: the same once more, the order of cells and of vertices, threads, and parameters
 //! that are changed by a few units of rounding. What follows from it is in `cause`.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::cause::{self, Finding, Pair};
 use super::fields::{Side, over_times};
 use super::{OfField, OfNumber, Player, Rung, Running, pairs, run_how};
 use crate::engine::{How, Left, Progress, Task};
 use crate::run::{Asked, FaceOff, Same, reverse_cells, reverse_points};
+use crate::text::Text;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Mesh;
@@ -23,7 +24,7 @@ pub struct Diagnosis {
     /// One for each code, change, and field or number.
     pub moved: Vec<Moved>,
     /// What it says of the differences, in sentences.
-    pub findings: Vec<String>,
+    pub findings: Vec<Text>,
     /// The same, by their kind.
     pub outcomes: Vec<Finding>,
 }
@@ -33,8 +34,8 @@ pub struct Diagnosis {
 pub struct Moved {
     /// The one that was run again.
     pub code: String,
-    /// In words, as `cells in reverse order`.
-    pub change: &'static str,
+    /// What was changed, in JSON in words.
+    pub change: Change,
     /// The field or the number, by name.
     pub of: String,
     /// Relative to the largest value; none where it could not be told.
@@ -44,13 +45,24 @@ pub struct Moved {
 }
 
 /// One thing that an answer should not depend on.
-#[derive(Clone, Copy, PartialEq)]
-enum Change {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// Nothing: the same once more.
     Again,
+    /// The order of the cells.
     Cells,
+    /// The order of the vertices.
     Vertices,
+    /// The number of threads.
     Threads,
+    /// The last digits of the parameters.
     Rounding,
+}
+
+impl Serialize for Change {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.words())
+    }
 }
 
 impl Change {
@@ -62,7 +74,8 @@ impl Change {
         Change::Rounding,
     ];
 
-    fn words(self) -> &'static str {
+    /// `cells in reverse order`
+    pub fn words(self) -> &'static str {
         match self {
             Change::Again => "run once more",
             Change::Cells => "cells in reverse order",
@@ -144,7 +157,7 @@ pub(super) fn diagnose(
 fn row(player: &Player, change: Change, of: &str, found: Result<f64, String>) -> Moved {
     Moved {
         code: player.name.clone(),
-        change: change.words(),
+        change,
         of: of.to_owned(),
         relative: found.as_ref().ok().copied(),
         reason: found.err(),
@@ -250,17 +263,10 @@ fn findings(
     numbers: &[OfNumber],
     moved: &[Moved],
 ) -> Vec<Finding> {
-    let rounding = Change::Rounding.words();
     let mut found = Vec::new();
     for field in fields {
         let pairs = cause::of_field(field, level);
-        found.extend(cause::findings(
-            &field.field,
-            field.same,
-            &pairs,
-            moved,
-            rounding,
-        ));
+        found.extend(cause::findings(&field.field, field.same, &pairs, moved));
     }
     for (asked, number) in of.numbers.iter().zip(numbers) {
         let rows = number.rows.iter().filter(|r| r.level == level);
@@ -279,13 +285,7 @@ fn findings(
                     agrees: far <= (asked.rtol * scale).max(asked.atol) || asked.rtol.is_infinite(),
                 });
             }
-            found.extend(cause::findings(
-                &asked.name,
-                asked.same,
-                &pairs_of,
-                moved,
-                rounding,
-            ));
+            found.extend(cause::findings(&asked.name, asked.same, &pairs_of, moved));
         }
     }
     found

@@ -15,7 +15,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 pub use cause::{Cause, Finding};
-pub use diagnosis::{Diagnosis, Moved};
+pub use diagnosis::{Change, Diagnosis, Moved};
 pub use fields::worst;
 pub use times::short;
 

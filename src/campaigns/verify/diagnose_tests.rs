@@ -96,9 +96,9 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
         assert!(found.is_empty(), "nothing runs again");
         let all = findings.explanations.iter().filter(|e| e.accounts);
         assert!(all.clone().all(|e| e.left <= findings.limit));
-        let mut names: Vec<String> = all.map(|e| e.ingredient.to_owned()).collect();
+        let mut names: Vec<String> = all.map(|e| e.ingredient.to_string()).collect();
         names.dedup();
-        return (names, findings.sentence());
+        return (names, findings.sentence().to_string());
     }
     let [found] = &found[..] else {
         panic!("one pair disagrees: {found:?}")
@@ -111,7 +111,7 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
         assert!(ingredient.left >= 0.0, "{ingredient:?}");
     }
     assert!(found.difference > 1e-12);
-    (names, found.sentence())
+    (names, found.sentence().to_string())
 }
 
 /// The scene, what is to be named, what a code does otherwise, and how that is reported.
@@ -268,15 +268,17 @@ fn the_sentence_names_what_accounts_and_how_much() {
         b: "b".into(),
         difference: 1e-3,
         ingredients: vec![ingredient("the load", 2e-15), ingredient("the start", 1e-3)],
+        is_one_system: false,
     };
     assert_eq!(
-        found.sentence(),
+        found.sentence().to_string(),
         "the load accounts for it: with edges-3 the difference falls from 1.0e-3 to 2.0e-15."
     );
     found.ingredients.remove(0);
     assert!(
         found
             .sentence()
+            .to_string()
             .starts_with("nothing that was matched accounts")
     );
 }

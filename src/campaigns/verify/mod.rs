@@ -151,6 +151,56 @@ pub struct PairOutcome {
     pub field: FieldVerdict,
 }
 
+impl VerifyOutcome {
+    /// The case and the answer that show best what is wrong: one that something explains, with the fewest rows that fail.
+    pub fn culprit(&self) -> Option<(&CaseOutcome, &EngineOutcome)> {
+        let cases = self.cases.iter();
+        let all = cases.flat_map(|case| case.engines.iter().map(move |engine| (case, engine)));
+        let failed = all.filter(|(_, engine)| !engine.verdict.passes());
+        failed.min_by_key(|(_, engine)| {
+            let found = engine.findings.as_ref();
+            let unexplained = found.is_none_or(|found| !found.is_of_scheme());
+            (unexplained, found.map_or(usize::MAX, |found| found.failing))
+        })
+    }
+
+    /// The engines that answered anything.
+    pub fn engines(&self) -> Vec<&str> {
+        let answers = self.cases.iter().flat_map(|c| &c.engines);
+        unique(answers.map(|e| &*e.engine))
+    }
+
+    /// Those whose answers do not all solve their schemes.
+    pub fn at_fault(&self) -> Vec<&str> {
+        let answers = self.cases.iter().flat_map(|c| &c.engines);
+        unique(answers.filter(|e| !e.verdict.passes()).map(|e| &*e.engine))
+    }
+
+    /// The first case whose answers differ although each solves the scheme.
+    pub fn differing(&self) -> Option<&CaseOutcome> {
+        let mut cases = self.cases.iter();
+        cases.find(|case| !case.verdict.passes() && !case.pairs.is_empty())
+    }
+}
+
+impl CaseOutcome {
+    /// `one-zone, cr, n = 16`
+    pub fn label(&self) -> String {
+        label(&self.scene, &self.method, self.n)
+    }
+
+    /// The engine that is shown beside the one at fault: the first that is right.
+    pub fn reference(&self, fault: &[&str]) -> Option<&EngineOutcome> {
+        self.engines.iter().find(|e| !fault.contains(&&*e.engine))
+    }
+}
+
+/// A case in words: `one-zone, cr, n = 16`.
+pub fn label(scene: &str, method: &str, n: Option<usize>) -> String {
+    let n = n.map_or(String::new(), |n| format!(", n = {n}"));
+    format!("{scene}, {method}{n}")
+}
+
 /// Runs every engine on every case and judges.
 ///
 /// # Errors

@@ -10,8 +10,8 @@ use super::surface::Surface;
 use super::verify::Run;
 use crate::campaigns::verify::CaseOutcome;
 use crate::engine::unique;
-use crate::report::number::{share, size, whole};
-use crate::report::outward::{Digits, above, below};
+use crate::text::number::{share, whole};
+use crate::text::{Digits, Text, at_most, below, text};
 use faceoff_fem::scene::Part;
 use faceoff_mesh::error::Result;
 
@@ -26,7 +26,9 @@ impl Run<'_> {
     pub fn agreeing(self) -> Result<Html> {
         let outcome = self.outcome;
         let codes = Codes::new(outcome, &[]);
-        let about = "**Each answer solves the scheme.** Residual of every code, and the largest difference of two in units of rounding";
+        let about = text!(
+            "**Each answer solves the scheme.** Residual of every code, and the largest difference of two in units of rounding"
+        );
         let cases = division(
             "c6 compact",
             [
@@ -71,10 +73,10 @@ impl Run<'_> {
             .map(|e| e.residual)
             .fold(0.0, f64::max);
         let mut items = vec![
-            format!("{}: {} fields of pairs", names.join(", "), whole(count)),
-            format!(
+            text!("{}: {} fields of pairs", names.join(", "), whole(count)),
+            text!(
                 "every equation of every answer: residual at most {}",
-                size(above(residual, Digits::Counting(2)))
+                at_most(residual, 2)
             ),
         ];
         let judged: Vec<_> = outcome.cross.iter().filter_map(|c| c.judged).collect();
@@ -84,7 +86,7 @@ impl Run<'_> {
             .filter(|s| s.is_finite())
             .reduce(f64::min);
         if let Some(slack) = slack {
-            items.push(format!(
+            items.push(text!(
                 "methods against each other: {} distances, each below the sum of two guaranteed bounds, by {} of ‖∇u‖ at least",
                 whole(judged.len()),
                 share(below(slack, Digits::Counting(if slack < 1e-3 { 2 } else { 3 })))
@@ -98,20 +100,20 @@ impl Run<'_> {
         let has = |dim: usize| outcome.cases.iter().any(|c| c.setup.mesh.dim == dim);
         let mut items = Vec::new();
         if !has(3) {
-            items.push("3D: `faceoff verify one-zone-3d block`".to_owned());
+            items.push(text!("3D: `faceoff verify one-zone-3d block`"));
         }
         if !has(2) {
-            items.push("2D: `faceoff verify`".to_owned());
+            items.push(text!("2D: `faceoff verify`"));
         }
         if let Some(n) = outcome.cases.iter().filter_map(|c| c.n).max() {
-            items.push(format!("finer meshes: `--n {},{}`", 2 * n, 4 * n));
+            items.push(text!("finer meshes: `--n {},{}`", 2 * n, 4 * n));
         }
-        items.push("whether the model converges: `faceoff orders`".to_owned());
+        items.push(text!("whether the model converges: `faceoff orders`"));
         list("Not checked", &items)
     }
 }
 
-fn list(name: &str, items: &[String]) -> Html {
+fn list(name: &str, items: &[Text]) -> Html {
     let items = items.iter().map(|item| element("li", &[], prose(item)));
     division("", [leaf("h2", &[], name), element("ul", &[], items)])
 }
@@ -170,7 +172,7 @@ fn sketch(case: &CaseOutcome) -> Result<Html> {
         );
         drawing(&label, [WIDTH, view.height], &svg)
     };
-    let sizes = format!(
+    let sizes = text!(
         "{} cells, {} on Γ_C",
         whole(case.cells),
         whole(case.contact_faces)

@@ -8,8 +8,9 @@ use super::chain::Chain;
 use super::markup::{division, escape, figure};
 use super::plane::{NARROWEST, WIDEST, drawing, position, word};
 use super::residual::Put;
-use crate::report::number::{place, size};
-use faceoff_fem::contact::Problem;
+use crate::text::number::{place, size};
+use crate::text::text;
+use faceoff_fem::contact::{Problem, face_fields};
 use faceoff_mesh::field::FaceFields;
 
 pub(super) const LEFT: f64 = 46.0;
@@ -30,6 +31,23 @@ pub(in crate::report) struct Along<'a> {
     pub tolerance: f64,
     /// Names of those at fault.
     pub faulty: Vec<&'a str>,
+}
+
+/// What one field does along Γ_C, under its heading; nothing where Γ_C is no line.
+pub(in crate::report) fn along_one(put: Put, tolerance: f64, is_faulty: bool) -> Html {
+    let along = Along {
+        problem: put.problem,
+        fields: &[face_fields(put.problem, put.u, put.name)],
+        puts: std::slice::from_ref(&put),
+        differences: Vec::new(),
+        tolerance,
+        faulty: is_faulty.then_some(put.name).into_iter().collect(),
+    };
+    let drawn = along.figure("");
+    match drawn == Html::default() {
+        true => drawn,
+        false => super::titled(text!("Along Γ_C"), drawn),
+    }
 }
 
 /// A panel's frame: values to heights.

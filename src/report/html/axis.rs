@@ -1,17 +1,17 @@
 //! Numbers as dots on one logarithmic axis, a strip a row of a table. They are HTML, so that they keep their shape.
 
 use super::markup::{Html, division, element, leaf, text};
-use crate::report::number::{power_of_ten, size};
+use crate::text::number::{power_of_ten, size};
 
 /// Decades from end to end, and where the tolerances are.
-pub(super) struct Axis {
+pub(in crate::report) struct Axis {
     low: f64,
     high: f64,
     tolerances: Vec<f64>,
 }
 
 /// A number on an axis: its class, and what is said of it.
-pub(super) struct Dot {
+pub(in crate::report) struct Dot {
     pub value: f64,
     pub class: &'static str,
     pub title: String,

@@ -6,7 +6,8 @@ use super::Html;
 use super::markup::{division, escape, figure};
 use super::plane::{NARROWEST, Picture, word};
 use crate::engine::unique;
-use crate::report::number::{number, power_of_ten, trimmed};
+use crate::text::Text;
+use crate::text::number::{number, power_of_ten, trimmed};
 
 /// The classes of a line and of what it fills; red is for what is wrong.
 pub(in crate::report) const COLOURS: [[&str; 2]; 5] = [
@@ -55,8 +56,10 @@ pub(in crate::report) struct Chart {
     pub slopes: Vec<Slope>,
     /// Dotted: what nothing beats in both, by rising x.
     pub front: Vec<[f64; 2]>,
-    /// A dashed line across, and its name.
-    pub level: Option<(f64, &'static str)>,
+    /// Dashed lines across, and their names.
+    pub levels: Vec<(f64, &'static str)>,
+    /// Dashed lines from top to bottom, where something is missing, and what.
+    pub gaps: Vec<(f64, String)>,
 }
 
 /// Logarithmic unless it is said to be linear.
@@ -66,6 +69,8 @@ pub(in crate::report) struct Axis {
     pub is_linear: bool,
     /// What is labelled; empty: powers of ten.
     pub at: Vec<(f64, String)>,
+    /// What is labelled besides.
+    pub also: Option<(f64, &'static str)>,
 }
 
 #[derive(Default)]
@@ -90,6 +95,10 @@ pub(in crate::report) struct Point {
     /// The least and the largest x.
     pub spread: Option<[f64; 2]>,
     pub is_hollow: bool,
+    /// Is it red, and marked in any case?
+    pub is_bad: bool,
+    /// Is it not joined to the one before?
+    pub is_apart: bool,
     /// Where one points at it.
     pub title: String,
 }
@@ -151,6 +160,10 @@ impl Axis {
         };
         let inside = |t: &(f64, String)| (low - room..=high + room).contains(&t.0);
         let mut all: Vec<(f64, String)> = all.into_iter().filter(inside).collect();
+        if let Some((value, name)) = self.also {
+            all.retain(|(at, _)| (at / value).log10().abs() > 0.5);
+            all.push((value, name.to_owned()));
+        }
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         all
     }
@@ -276,12 +289,13 @@ impl Chart {
                 .flat_map(|l| l.points.iter().filter(shown))
         };
         let xs = points().flat_map(|p| p.spread.unwrap_or([p.at[0]; 2]));
+        let xs = xs.chain(self.gaps.iter().map(|gap| gap.0));
         let xs: Vec<f64> = xs.chain(self.front.iter().map(|p| p[0])).collect();
         let slopes = self.slopes(points().map(|p| p.at).collect(), &xs);
         let ys = points().map(|p| p.at[1]);
         let ys = ys.chain(self.front.iter().map(|p| p[1]));
         let ys = ys.chain(slopes.iter().flat_map(|s| s.1.map(|p| p[1])));
-        let ys = ys.chain(self.level.map(|(at, _)| at));
+        let ys = ys.chain(self.levels.iter().map(|(at, _)| *at));
         let widest = self.lines.iter().map(|line| wide(&line.label()));
         let room = match is_named {
             true => (widest.fold(0.0, f64::max) + 12.0).min(0.36 * width),
@@ -378,13 +392,20 @@ impl Chart {
             svg += &word("t m", [at, bottom + 15.0], label);
         }
         svg += &word("t e", [right, bottom + 30.0], &self.x.name);
-        if let Some((value, name)) = self.level.filter(|l| y.at(l.0) <= bottom) {
-            let at = y.at(value);
+        for (value, name) in self.levels.iter().filter(|l| y.at(l.0) <= bottom) {
+            let at = y.at(*value);
             let _ = write!(
                 svg,
                 "<path class=\"frame dash\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
             );
             svg += &word("t halo", [left + 4.0, at - 4.0], name);
+        }
+        for (at, why) in &self.gaps {
+            let (at, why) = (x.at(*at), escape(why));
+            let _ = write!(
+                svg,
+                "<g><path class=\"redl dash\" d=\"M{at:.1} {top:.1}V{bottom:.1}\"/><title>{why}</title></g>"
+            );
         }
         let mut front = String::new();
         for [at, height] in &self.front {
@@ -412,7 +433,11 @@ impl Chart {
                     continue;
                 }
                 let at = [x.at(point.at[0]), y.at(point.at[1])];
-                let step = if way.is_empty() { 'M' } else { 'L' };
+                let step = if way.is_empty() || point.is_apart {
+                    'M'
+                } else {
+                    'L'
+                };
                 let _ = write!(path, "{step}{:.1} {:.1}", at[0], at[1]);
                 way.push(at);
                 if let Some([from, to]) = point.spread.map(|s| s.map(|v| x.at(v)))
@@ -425,10 +450,11 @@ impl Chart {
                     );
                 }
                 let class = match point.is_hollow {
+                    _ if point.is_bad => RED[1].to_owned(),
                     true => format!("{stroke} hollow"),
                     false => fill.to_owned(),
                 };
-                if !line.is_bare {
+                if !line.is_bare || point.is_bad {
                     marks += &mark(line.mark, &class, at, &point.title);
                 }
             }
@@ -591,8 +617,8 @@ fn mark(kind: usize, class: &str, [x, y]: [f64; 2], title: &str) -> String {
 }
 
 /// Charts under what they show, drawn for a wide page and for a narrow one.
-pub(in crate::report) fn chart_figure(caption: &str, all: &[Chart], widest: f64) -> Html {
-    let label = caption.replace("**", "");
+pub(in crate::report) fn chart_figure(caption: &Text, all: &[Chart], widest: f64) -> Html {
+    let label = caption.to_string();
     let [wide, narrow] = [widest, NARROWEST].map(|width| charts(&label, all, width).html());
     match all.iter().all(Chart::is_empty) {
         true => Html::default(),

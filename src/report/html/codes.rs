@@ -1,17 +1,19 @@
 //! One row a code, one row a case, and folded every pair and field.
 
 use super::axis::{Axis, Dot, key};
-use super::markup::{Column, Entry, Html, Sheet, element, folded, leaf, prose, text, word};
+use super::markup::{Html, element, folded, leaf, prose, table, text};
 use super::pair::{largest, pairs};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
 use crate::engine::unique;
-use crate::report::number::{number, place, size, whole};
-use crate::report::verify::{label, sizes, versions, worst};
+use crate::report::model::{self, Cell, Column, Table};
+use crate::report::verify::{sizes, versions, worst};
 use crate::run::{RESIDUAL_TOLERANCE, Setup, tolerance};
+use crate::text::number::{number, place, size, whole};
+use crate::text::{Number, Text, text};
 use crate::why::Explanation;
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::HRule;
-use faceoff_judge::FieldVerdict;
+use faceoff_judge::{FieldVerdict, Worst};
 
 /// Of more cases those that are farthest from agreement stand in the open.
 const OPEN: usize = 9;
@@ -55,69 +57,59 @@ impl<'a> Codes<'a> {
 
     /// One row a code.
     pub fn by_code(&self) -> Html {
-        let cases = self.outcome.cases.len();
-        let in_each = match cases {
+        let in_each = match self.outcome.cases.len() {
             1 => "residual".to_owned(),
-            _ => format!("residual in each of the {cases} cases"),
+            cases => format!("residual in each of the {cases} cases"),
         };
-        let mut sheet = Sheet {
-            head: vec![
-                Column::new("w", text("code")),
-                Column::new("opt", text("version")),
-                Column::new("w", text("solves")),
-                Column::new("d", Html::from([text(in_each), self.axis.head()])),
-                Column::new("n", text("largest")),
-                Column::new("opt w", text("in")),
-                Column::new("n opt", text("steps")),
-                Column::new("n opt", text("time")),
-            ],
-            ..Sheet::default()
-        };
-        for (name, class) in &self.names {
+        let of_code = |(name, class): &(&'a str, &'static str)| {
             let of: Vec<(&CaseOutcome, &EngineOutcome)> = self.answers(name).collect();
-            let right = of.iter().filter(|(_, e)| e.verdict.passes()).count();
-            let dots = of.iter().map(|(case, e)| Dot {
+            let key = |e: &EngineOutcome| worse(e.residual, 0.0);
+            let (case, most) = *of.iter().max_by(|a, b| key(a.1).total_cmp(&key(b.1)))?;
+            Some((*name, *class, of, case, most))
+        };
+        let dots = |class, of: &[(&CaseOutcome, &EngineOutcome)]| -> Vec<Dot> {
+            let dot = |(case, e): &(&CaseOutcome, &EngineOutcome)| Dot {
                 value: e.residual,
                 class,
-                title: label(case),
-            });
-            let dots: Vec<Dot> = dots.collect();
-            let key = |e: &EngineOutcome| {
-                if e.residual.is_nan() {
-                    f64::INFINITY
-                } else {
-                    e.residual
-                }
+                title: case.label(),
             };
-            let Some((case, most)) = of.iter().max_by(|a, b| key(a.1).total_cmp(&key(b.1))) else {
-                continue;
-            };
+            of.iter().map(dot).collect()
+        };
+        let right = |of: &[(&CaseOutcome, &EngineOutcome)]| {
+            of.iter().filter(|(_, e)| e.verdict.passes()).count()
+        };
+        let solves = |of: &[(&CaseOutcome, &EngineOutcome)]| {
+            let right = right(of);
+            Cell::number(right as f64, format!("{right} of {}", of.len())).bad_if(right < of.len())
+        };
+        let steps = |of: &[(&CaseOutcome, &EngineOutcome)]| {
             let steps = of.iter().map(|(_, e)| e.iterations);
             let (least, last) = (steps.clone().min().unwrap_or(0), steps.max().unwrap_or(0));
-            let steps = if least == last {
-                last.to_string()
-            } else {
-                format!("{least}–{last}")
-            };
+            Cell::number(
+                last as f64,
+                match least == last {
+                    true => last.to_string(),
+                    false => format!("{least}–{last}"),
+                },
+            )
+        };
+        let seconds = |of: &[(&CaseOutcome, &EngineOutcome)]| {
             let seconds: f64 = of.iter().map(|(_, e)| e.seconds).sum();
-            let solves = format!("{right} of {}", of.len());
-            let solves = match right == of.len() {
-                true => text(solves),
-                false => leaf("b", &[("class", "bad")], solves),
-            };
-            let row = vec![
-                Entry::new(leaf("b", &[], name), None),
-                Entry::words(&most.version),
-                Entry::new(solves, Some(right as f64)),
-                Entry::new(self.axis.strip(&dots), Some(most.residual)),
-                Entry::number(most.residual, size(most.residual)),
-                Entry::words(label(case)),
-                Entry::number(last as f64, steps),
-                Entry::number(seconds, format!("{} s", number(seconds, 2))),
-            ];
-            sheet.rows.push((right < of.len(), row));
-        }
-        sheet.html()
+            Cell::number(seconds, format!("{} s", number(seconds, 2)))
+        };
+        let rows: Vec<_> = self.names.iter().filter_map(of_code).collect();
+        let set_off: Vec<bool> = rows.iter().map(|row| right(&row.2) < row.2.len()).collect();
+        let all = model::table!("", rows, |(name, class, of, case, most)|
+            ("w", "code") => Text::strong(name),
+            ("opt", "version") => &most.version,
+            ("w", "solves") => solves(&of),
+            Column::of_dots(&in_each, &self.axis) => Cell::dots(&self.axis, &dots(class, &of), most.residual),
+            ("n", "largest") => Cell::size(most.residual),
+            ("opt w", "in") => case.label(),
+            ("n opt", "steps") => steps(&of),
+            ("n opt", "time") => seconds(&of),
+        );
+        table(&all.setting_off(set_off.into_iter()))
     }
 
     fn answers(&self, name: &'a str) -> impl Iterator<Item = (&'a CaseOutcome, &'a EngineOutcome)> {
@@ -130,7 +122,7 @@ impl<'a> Codes<'a> {
 
     /// One row a case, the farthest from agreement first; of many cases the rest is folded.
     pub fn by_case(&self, shown: Option<&CaseOutcome>) -> Html {
-        let mut cases: Vec<&CaseOutcome> = self.outcome.cases.iter().collect();
+        let mut cases: Vec<&'a CaseOutcome> = self.outcome.cases.iter().collect();
         if !self.fault.is_empty() || cases.len() > OPEN {
             let residual = |case: &CaseOutcome| {
                 case.engines
@@ -164,101 +156,86 @@ impl<'a> Codes<'a> {
         parts.into_iter().collect()
     }
 
-    fn cases(&self, cases: &[&CaseOutcome], shown: Option<&CaseOutcome>) -> Html {
+    fn cases(&self, cases: &[&'a CaseOutcome], shown: Option<&CaseOutcome>) -> Html {
+        let all = &self.outcome.cases;
         let agree = self.fault.is_empty() && self.outcome.verdict.passes();
-        let dots = Html::from([key(self.names.iter().copied()), self.axis.head()]);
-        let has_n = unique(self.outcome.cases.iter().map(|c| (&c.scene, c.n))).len()
-            > unique(self.outcome.cases.iter().map(|c| &c.scene)).len();
-        let mut head = vec![
-            Column::new("w", text("scene")),
-            Column::new("", text("method")),
-        ];
-        head.extend(has_n.then(|| Column::new("n", text("n"))));
-        head.push(Column::new("n opt", text("unknowns")));
-        if !agree {
-            head.push(Column::new("n opt", text("contact faces")));
-        }
-        head.push(Column::new("d", dots));
-        head.push(Column::new("n", text("residual")));
-        if agree {
-            head.push(Column::new("n", text("difference")));
-        } else {
-            head.extend([
-                Column::new("w opt", text("most at")),
-                Column::new("n opt", text("largest |a − b|")),
-                Column::new("w opt", text("verdict")),
-            ]);
-        }
-        let mut sheet = Sheet {
-            head,
-            ..Sheet::default()
-        };
-        for case in cases {
+        let has_n = unique(all.iter().map(|c| (&c.scene, c.n))).len()
+            > unique(all.iter().map(|c| &c.scene)).len();
+        let most = |case: &'a CaseOutcome| {
             let of = case.engines.iter();
-            let dots: Vec<Dot> = of
-                .clone()
-                .map(|e| Dot {
-                    value: e.residual,
-                    class: self.class(&e.engine),
-                    title: e.engine.clone(),
-                })
-                .collect();
-            let most = of.max_by(|a, b| worse(a.residual, 0.0).total_cmp(&worse(b.residual, 0.0)));
-            let residual = most.map_or(f64::NAN, |e| e.residual);
-            let fails = !(residual <= RESIDUAL_TOLERANCE);
-            let apart = largest(case.pairs.iter().map(|p| &p.field));
-            let name = match shown.is_some_and(|s| std::ptr::eq(s, *case))
-                && self.outcome.cases.len() > 1
-            {
-                true => Html::from([
-                    text(&case.scene),
-                    leaf("span", &[("class", "cap")], " shown here"),
-                ]),
-                false => text(&case.scene),
+            of.max_by(|a, b| worse(a.residual, 0.0).total_cmp(&worse(b.residual, 0.0)))
+        };
+        let residual = |case: &'a CaseOutcome| most(case).map_or(f64::NAN, |e| e.residual);
+        let fails = |case: &'a CaseOutcome| !(residual(case) <= RESIDUAL_TOLERANCE);
+        let apart = |case: &CaseOutcome| largest(case.pairs.iter().map(|p| &p.field));
+        let dots = |case: &'a CaseOutcome| {
+            let dot = |e: &EngineOutcome| Dot {
+                value: e.residual,
+                class: self.class(&e.engine),
+                title: e.engine.clone(),
             };
-            let mut row = vec![Entry::new(name, None), Entry::words(&case.method)];
-            if has_n {
-                row.push(
-                    case.n
-                        .map_or(Entry::words(""), |n| Entry::number(n as f64, n.to_string())),
-                );
-            }
-            row.push(Entry::number(case.dofs as f64, whole(case.dofs)));
-            if !agree {
-                row.push(Entry::number(
-                    case.contact_faces as f64,
-                    whole(case.contact_faces),
-                ));
-            }
-            row.push(Entry::new(self.axis.strip(&dots), Some(residual)));
-            let digits = if case.engines.is_empty() {
-                "no answer".to_owned()
-            } else {
-                size(residual)
+            let dots: Vec<Dot> = case.engines.iter().map(dot).collect();
+            Cell::dots(&self.axis, &dots, residual(case))
+        };
+        let name = |case: &CaseOutcome| Cell {
+            more: match shown.is_some_and(|s| std::ptr::eq(s, case)) && all.len() > 1 {
+                true => leaf("span", &[("class", "cap")], " shown here"),
+                false => Html::default(),
+            },
+            ..Cell::from(&case.scene)
+        };
+        let digits = |case: &'a CaseOutcome| {
+            let digits = match case.engines.is_empty() {
+                true => "no answer".to_owned(),
+                false => size(residual(case)),
             };
-            let class = if fails { "bad" } else { "" };
-            row.push(Entry::new(
-                leaf("span", &[("class", class)], digits),
-                Some(residual),
-            ));
-            if agree {
-                row.push(Entry::number(
-                    apart,
-                    number(apart / ROUNDING, if apart < 1e3 * ROUNDING { 2 } else { 3 }),
-                ));
-            } else {
-                let at = most.filter(|_| fails).and_then(|e| e.residual_at.as_ref());
-                row.push(Entry::words(at.map_or("nowhere".into(), |x| place(x))));
-                let apart = if case.pairs.is_empty() {
-                    Entry::words("–")
-                } else {
-                    Entry::number(apart, size(apart))
-                };
-                row.extend([apart, Entry::new(word(case.verdict), None)]);
-            }
-            sheet.rows.push((false, row));
-        }
-        sheet.html()
+            Cell::number(residual(case), digits).bad_if(fails(case))
+        };
+        let units = |apart: f64| {
+            let digits = if apart < 1e3 * ROUNDING { 2 } else { 3 };
+            Cell::number(apart, number(apart / ROUNDING, digits))
+        };
+        let at = |case: &'a CaseOutcome| {
+            let most = most(case).filter(|_| fails(case));
+            let at = most.and_then(|e| e.residual_at.as_ref());
+            at.map_or("nowhere".into(), |x| place(x))
+        };
+        let difference = |case: &CaseOutcome| match case.pairs.is_empty() {
+            true => Cell::from("–"),
+            false => Cell::size(apart(case)),
+        };
+        let mut column = Column::of_dots("", &self.axis);
+        column.more = Html::from([key(self.names.iter().copied()), column.more]);
+        type Of<'c, 'a> = (bool, Column, &'c dyn Fn(&'a CaseOutcome) -> Cell);
+        let columns: [Of<'_, 'a>; 11] = [
+            (true, ("w", "scene").into(), &name),
+            (true, ("", "method").into(), &|c| Cell::from(&c.method)),
+            (has_n, ("n", "n").into(), &|c| {
+                Cell::from(c.n.map(|n| Cell::number(n as f64, n)))
+            }),
+            (true, ("n opt", "unknowns").into(), &|c| Cell::from(c.dofs)),
+            (!agree, ("n opt", "contact faces").into(), &|c| {
+                Cell::from(c.contact_faces)
+            }),
+            (true, column, &dots),
+            (true, ("n", "residual").into(), &digits),
+            (agree, ("n", "difference").into(), &|c| units(apart(c))),
+            (!agree, ("w opt", "most at").into(), &|c| Cell::from(at(c))),
+            (!agree, ("n opt", "largest |a − b|").into(), &difference),
+            (!agree, ("w opt", "verdict").into(), &|c| {
+                Cell::from(c.verdict)
+            }),
+        ];
+        let columns: Vec<&Of> = columns.iter().filter(|column| column.0).collect();
+        let rows = cases
+            .iter()
+            .map(|case| columns.iter().map(|column| (column.2)(case)).collect());
+        let head = columns.iter().map(|column| column.1.clone());
+        table(
+            &Table::new("", head)
+                .with(rows)
+                .setting_off(cases.iter().map(|_| false)),
+        )
     }
 }
 
@@ -272,100 +249,64 @@ fn worse(a: f64, b: f64) -> f64 {
 
 /// Every field of every pair of a case.
 pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
-    let head = [
-        ("w", "pair"),
-        ("w", "field"),
-        ("n", "largest |a − b|"),
-        ("n", "relative"),
-        ("n", "tolerance"),
-        ("n opt", "rms"),
-        ("n", "faces beyond"),
-        ("w", "worst face"),
-        ("n", "a there"),
-        ("n", "b there"),
-        ("", "verdict"),
-    ];
-    let mut sheet = Sheet {
-        head: head
-            .into_iter()
-            .map(|(class, name)| Column::new(class, text(name)))
-            .collect(),
-        ..Sheet::default()
+    let beyond = |f: &FieldVerdict| {
+        let words = match f.beyond {
+            0 => format!("none of {}", whole(f.faces)),
+            some => format!("{} of {}", whole(some), whole(f.faces)),
+        };
+        Cell::number(f.beyond as f64, words)
     };
-    let beyond = |f: &FieldVerdict| match f.beyond {
-        0 => format!("none of {}", whole(f.faces)),
-        some => format!("{} of {}", whole(some), whole(f.faces)),
+    let value = |f: &FieldVerdict, of: fn(&Worst) -> f64| {
+        let worst = f.worst.as_ref();
+        worst.map(|w| Cell::number(of(w), number(of(w), 4)))
     };
-    for pair in pairs(case) {
-        for f in &pair.fields {
-            let value = |of: fn(&faceoff_judge::Worst) -> f64| {
-                f.worst
-                    .as_ref()
-                    .map_or(Entry::words(""), |w| Entry::number(of(w), number(of(w), 4)))
-            };
-            let said = f
-                .reason
-                .as_ref()
-                .map_or(String::new(), |why| format!(": {why}"));
-            let row = vec![
-                Entry::words(pair.name()),
-                Entry::words(&f.field),
-                Entry::number(f.max_abs, size(f.max_abs)),
-                Entry::number(f.max_rel, size(f.max_rel)),
-                Entry::number(f.tolerance, number(f.tolerance, 2)),
-                Entry::number(f.rms, size(f.rms)),
-                Entry::number(f.beyond as f64, beyond(f)),
-                Entry::words(if f.max_abs == 0.0 {
-                    "–".to_owned()
-                } else {
-                    worst(f).unwrap_or_default()
-                }),
-                value(|w| w.a),
-                value(|w| w.b),
-                Entry::new(Html::from([word(f.verdict), prose(said)]), None),
-            ];
-            sheet.rows.push((!f.verdict.passes(), row));
-        }
+    let pairs = pairs(case);
+    let rows = || {
+        pairs
+            .iter()
+            .flat_map(|pair| pair.fields.iter().map(move |f| (pair, *f)))
+    };
+    let all = model::table!("", rows(), |(pair, f)|
+        ("w", "pair") => pair.name(),
+        ("w", "field") => &f.field,
+        ("n", "largest |a − b|") => Cell::size(f.max_abs),
+        ("n", "relative") => Cell::size(f.max_rel),
+        ("n", "tolerance") => Cell::size(f.tolerance),
+        ("n opt", "rms") => Cell::size(f.rms),
+        ("n", "faces beyond") => beyond(f),
+        ("w", "worst face") => worst_of(f),
+        ("n", "a there") => value(f, |w| w.a),
+        ("n", "b there") => value(f, |w| w.b),
+        ("", "verdict") => Cell::because(f.verdict, f.reason.as_deref()),
+    );
+    table(&all.setting_off(rows().map(|(_, f)| !f.verdict.passes())))
+}
+
+/// Where a field differs most; a dash where it does not.
+pub(super) fn worst_of(f: &FieldVerdict) -> String {
+    match f.max_abs == 0.0 {
+        true => "–".to_owned(),
+        false => worst(f).unwrap_or_default(),
     }
-    sheet.html()
 }
 
 /// What was put into the scheme in its place, and what that left; the rest of a long list is folded.
 pub(in crate::report) fn tried(explanations: &[Explanation], limit: f64) -> Html {
     let axis = Axis::new(explanations.iter().map(|e| e.left), vec![limit]);
     let (first, rest) = explanations.split_at(explanations.len().min(TRIED));
+    let dot = |of: &Explanation| Dot {
+        value: of.left,
+        class: if of.accounts { "" } else { "e2" },
+        title: of.ingredient.to_string(),
+    };
     let sheet = |all: &[Explanation]| {
-        let head = vec![
-            Column::new("", text("what would have to be so")),
-            Column::new("d", Html::from([text("residual with it"), axis.head()])),
-            Column::new("n", text("left")),
-            Column::new("w opt", text("found")),
-        ];
-        let rows = all.iter().map(|of| {
-            let class = if of.accounts { "" } else { "e2" };
-            let dot = Dot {
-                value: of.left,
-                class,
-                title: of.ingredient.to_owned(),
-            };
-            let row = vec![
-                Entry::words(&of.what),
-                Entry::new(axis.strip(&[dot]), Some(of.left)),
-                Entry::number(of.left, size(of.left)),
-                Entry::words(if of.accounts {
-                    "explains it"
-                } else {
-                    "does not"
-                }),
-            ];
-            (of.accounts, row)
-        });
-        Sheet {
-            head,
-            rows: rows.collect(),
-            ..Sheet::default()
-        }
-        .html()
+        let of = model::table!("", all, |of|
+            ("", "what would have to be so") => &of.what,
+            Column::of_dots("residual with it", &axis) => Cell::dots(&axis, &[dot(of)], of.left),
+            ("n", "left") => Cell::size(of.left),
+            ("w opt", "found") => if of.accounts { "explains it" } else { "does not" },
+        );
+        table(&of.setting_off(all.iter().map(|of| of.accounts)))
     };
     match rest.is_empty() {
         true => sheet(first),
@@ -391,28 +332,35 @@ pub(in crate::report) fn posed(case: &CaseOutcome) -> Html {
     };
     let data = scene.data();
     let [f, g, t, psi] = [&data.f, &data.g, &data.t, &data.psi].map(|e| e.text());
-    let mut known = vec![
-        ("codes", versions(case)),
+    let mut known: Vec<(Text, Text)> = vec![
+        ("codes".into(), versions(case).into()),
         (
-            "mesh",
-            format!("{}; digest `{}`", sizes(case), case.mesh_digest),
+            "mesh".into(),
+            text!("{}; digest `{}`", sizes(case), &case.mesh_digest),
         ),
-        ("γ", format!("{} h, {h}", discretisation.gamma0)),
+        (
+            "γ".into(),
+            format!("{} h, {h}", discretisation.gamma0).into(),
+        ),
     ];
     if let Ok([cell, face]) = discretisation.rules(mesh.dim) {
-        let rules = format!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name);
-        known.push(("quadrature", rules));
+        let rules = text!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name);
+        known.push(("quadrature".into(), rules));
     }
-    let stop = format!(
-        "relative broken H¹ norm of the increment at most {:e}, or {} steps",
-        settings.stop.increment, settings.stop.max_iterations
+    let stop = text!(
+        "relative broken H¹ norm of the increment at most {}, or {} steps",
+        Number::power(settings.stop.increment),
+        settings.stop.max_iterations
     );
     known.extend([
-        ("data", format!("`f = {f}; g = {g}; ∂ₙu = {t}; ψ = {psi}`")),
-        ("stopping rule", stop),
-        ("start", "u = 0, and g on Γ_D".into()),
+        (
+            "data".into(),
+            text!("`f = {}; g = {}; ∂ₙu = {}; ψ = {}`", f, g, t, psi),
+        ),
+        ("stopping rule".into(), stop),
+        ("start".into(), text!("u = 0, and g on Γ_D")),
     ]);
-    let heading = leaf("h3", &[], format!("Provenance, {}", label(case)));
+    let heading = leaf("h3", &[], format!("Provenance, {}", case.label()));
     Html::from([heading, super::markup::facts(&known)])
 }
 
@@ -427,7 +375,8 @@ pub(in crate::report) fn tolerances(outcome: &VerifyOutcome) -> String {
 }
 
 /// A heading, and what follows is about.
-pub(super) fn heading(level: &str, words: &str, about: &str) -> Html {
+pub(super) fn heading(level: &str, words: impl Into<Text>, about: impl Into<Text>) -> Html {
+    let about = about.into();
     let about = match about.is_empty() {
         true => Html::default(),
         false => element("p", &[], prose(about)),

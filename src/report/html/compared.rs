@@ -2,14 +2,16 @@
 
 use super::Html;
 use super::axis::{Axis, Dot};
-use super::markup::{Column, Entry, Sheet, division, figure, prose, text, word as verdict_word};
+use super::codes::worst_of;
+use super::markup::{division, figure, table};
 use super::plane::{Layers, View, WIDTH, circle, drawing};
 use super::ramp::Ramp;
 use super::residual::corners;
 use super::source::{Triangle, entering};
-use crate::report::number::{number, place, size, trimmed, whole};
-use crate::report::verify::worst;
-use faceoff_judge::{ComparedField, Comparison, Differences, On};
+use crate::report::model::{self, Cell, Column};
+use crate::text::number::{number, place, size, trimmed, whole};
+use crate::text::text;
+use faceoff_judge::{ComparedField, Comparison, Differences, FieldVerdict, On};
 use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::mesh::Shape;
 
@@ -31,82 +33,48 @@ pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
     tolerances.sort_by(f64::total_cmp);
     tolerances.dedup();
     let axis = Axis::new(fields.iter().map(|f| f.field.max_rel), tolerances);
-    let mut sheet = Sheet {
-        head: vec![
-            Column::new("w", text("field")),
-            Column::new("opt", text("on")),
-            Column::new("n opt", text("values")),
-            Column::new(
-                "d",
-                Html::from([text("largest |a − b|, relative"), axis.head()]),
-            ),
-            Column::new("n", text("relative")),
-            Column::new("n", text("largest |a − b|")),
-            Column::new("n opt", text("in L²")),
-            Column::new("n opt", text("in H¹")),
-            Column::new("n opt", text("scale")),
-            Column::new("n opt", text("rtol")),
-            Column::new("n opt", text("atol")),
-            Column::new("n opt", text("beyond")),
-            Column::new("w opt", text("worst")),
-            Column::new("", text("verdict")),
-        ],
-        ..Sheet::default()
+    let dot = |f: &FieldVerdict| Dot {
+        value: f.max_rel,
+        class: if f.verdict.passes() { "" } else { "bd" },
+        title: f.field.clone(),
     };
-    for of in fields {
-        let f = &of.field;
-        let agrees = f.verdict.passes();
-        let dot = Dot {
-            value: f.max_rel,
-            class: if agrees { "" } else { "bd" },
-            title: f.field.clone(),
-        };
-        let strip = match f.worst.is_none() && !agrees {
-            true => Html::default(),
-            false => axis.strip(&[dot]),
-        };
-        let on = format!("{:?}", of.on).to_lowercase();
-        let why = f
-            .reason
-            .as_ref()
-            .map_or(String::new(), |why| format!(": {why}"));
-        let beyond = match f.beyond {
+    let strip = |f: &FieldVerdict| match f.worst.is_none() && !f.verdict.passes() {
+        true => Cell::number(f.max_rel, ""),
+        false => Cell::dots(&axis, &[dot(f)], f.max_rel),
+    };
+    let beyond = |f: &FieldVerdict| {
+        let words = match f.beyond {
             0 => "none".to_owned(),
             some => format!("{} of {}", whole(some), whole(f.faces)),
         };
-        let row = vec![
-            Entry::words(&f.field),
-            Entry::words(on),
-            Entry::number(f.faces as f64, whole(f.faces)),
-            Entry::new(strip, Some(f.max_rel)),
-            Entry::number(f.max_rel, size(f.max_rel)),
-            Entry::number(f.max_abs, size(f.max_abs)),
-            norm(of.norms.map(|n| (n.l2, n.l2_scale))),
-            norm(of.norms.and_then(|n| n.h1.zip(n.h1_scale))),
-            of.scale
-                .map_or(Entry::words("–"), |s| Entry::number(s, number(s, 3))),
-            Entry::number(of.rtol, number(of.rtol, 2)),
-            Entry::number(of.atol, number(of.atol, 2)),
-            Entry::number(f.beyond as f64, beyond),
-            Entry::words(if f.max_abs == 0.0 {
-                "–".to_owned()
-            } else {
-                worst(f).unwrap_or_default()
-            }),
-            Entry::new(Html::from([verdict_word(f.verdict), prose(why)]), None),
-        ];
-        sheet.rows.push((false, row));
-    }
-    sheet.html()
+        Cell::number(f.beyond as f64, words)
+    };
+    let all = model::table!("", fields, |of|
+        ("w", "field") => &of.field.field,
+        ("opt", "on") => format!("{:?}", of.on).to_lowercase(),
+        ("n opt", "values") => of.field.faces,
+        Column::of_dots("largest |a − b|, relative", &axis) => strip(&of.field),
+        ("n", "relative") => Cell::size(of.field.max_rel),
+        ("n", "largest |a − b|") => Cell::size(of.field.max_abs),
+        ("n opt", "in L²") => norm(of.norms.map(|n| (n.l2, n.l2_scale))),
+        ("n opt", "in H¹") => norm(of.norms.and_then(|n| n.h1.zip(n.h1_scale))),
+        ("n opt", "scale") => of.scale.map_or("–".into(), Cell::from),
+        ("n opt", "rtol") => Cell::size(of.rtol),
+        ("n opt", "atol") => Cell::size(of.atol),
+        ("n opt", "beyond") => beyond(&of.field),
+        ("w opt", "worst") => worst_of(&of.field),
+        ("", "verdict") => Cell::because(of.field.verdict, of.field.reason.as_deref()),
+    );
+    table(&all.setting_off(fields.iter().map(|_| false)))
 }
 
 /// A norm of the difference, relative to the larger one of those of the two.
-fn norm(of: Option<(f64, f64)>) -> Entry {
+fn norm(of: Option<(f64, f64)>) -> Cell {
     let Some((norm, scale)) = of else {
-        return Entry::words("–");
+        return "–".into();
     };
     let relative = if norm == 0.0 { 0.0 } else { norm / scale };
-    Entry::number(relative, size(relative))
+    Cell::size(relative)
 }
 
 /// A field of two files with what there is of it on the mesh of the first.
@@ -343,9 +311,11 @@ impl<'a> Compared<'a> {
             at = format!("; most at {}", place(&middle));
         }
         let by = if is_broken { "face" } else { "vertex" };
-        let caption = format!(
-            "**−Δ(a − b)** by {by}: where the difference enters, and not where diffusion merely spreads it; warm above {}{at}",
-            number(ROUNDING, 2)
+        let caption = text!(
+            "**−Δ(a − b)** by {}: where the difference enters, and not where diffusion merely spreads it; warm above {}{}",
+            by,
+            number(ROUNDING, 2),
+            at
         );
         let label = format!("where the difference of {} enters", self.of.field.field);
         Some(figure(
@@ -432,8 +402,10 @@ impl<'a> Compared<'a> {
             ),
             _ => ("", ""),
         };
-        let caption = format!(
-            "**|a − b| of {name}**{largest} relative to its largest value, {}",
+        let caption = text!(
+            "**|a − b| of {}**{} relative to its largest value, {}",
+            name,
+            largest,
             size(self.scale())
         );
         let difference = figure(
@@ -475,8 +447,11 @@ impl<'a> Compared<'a> {
             );
             figure(
                 "",
-                format!(
-                    "**{name} of {letter}**{mean}, {} dark, {} pale",
+                text!(
+                    "**{} of {}**{}, {} dark, {} pale",
+                    name,
+                    letter,
+                    mean,
                     of(low),
                     of(high)
                 ),

@@ -3,6 +3,7 @@
 use super::Html;
 use super::chart::{Axis, COLOURS, Chart, Line, Point, RED, charts};
 use super::markup::figure;
+use crate::text::Text;
 
 /// Of more steps none has a mark of its own.
 const MARKED: usize = 60;
@@ -12,7 +13,7 @@ pub(in crate::report) fn newton(
     engines: &[(&str, &[f64])],
     faulty: &[&str],
     stop: Option<f64>,
-    caption: &str,
+    caption: impl Into<Text>,
 ) -> Html {
     let all = || engines.iter().flat_map(|(_, v)| v.iter().copied());
     let least = all().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
@@ -50,7 +51,7 @@ pub(in crate::report) fn newton(
         },
         y: Axis::new("increment"),
         lines,
-        level: stop.map(|stop| (stop, "stop")),
+        levels: stop.map(|stop| (stop, "stop")).into_iter().collect(),
         ..Chart::default()
     };
     let picture = charts("iterations: increment by step", &[chart], 384.0);

@@ -1,53 +1,50 @@
 //! What an accuracy costs with each code.
 
 use super::Html;
-use super::markup::{Column, Entry, Sheet, leaf, prose};
+use super::markup::{leaf, table};
 use crate::campaigns::study::{Advice, Norm, duration};
 use crate::engine::unique;
-use crate::report::number::{number, trimmed};
+use crate::report::model::{Cell, Column, Table};
+use crate::text::number::{number, trimmed};
+use crate::text::{Text, text};
 
 /// Accuracy asked, what each code needs for it, and the command.
 pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
     let advice: Vec<&Advice> = advice.iter().filter(|a| a.scene == scene).collect();
     let ways = |a: &'a Advice| [&a.best].into_iter().chain(&a.others);
     let engines = unique(advice.iter().flat_map(|a| ways(a).map(|way| &*way.engine)));
-    let mut sheet = Sheet::default();
-    sheet.head.push(Column::new("w", prose("accuracy asked")));
-    sheet
-        .head
-        .extend(engines.iter().map(|name| Column::new("w", prose(name))));
-    sheet
-        .head
-        .push(Column::new("cmd", prose("command of the fastest")));
-    for a in advice {
+    let mut head = vec![Column::from(("w", "accuracy asked"))];
+    head.extend(engines.iter().map(|name| Column::from(("w", *name))));
+    head.push(("cmd", "command of the fastest").into());
+    let rows = advice.into_iter().map(|a| {
         let norm = match a.norm {
             Norm::Energy if a.best.is_bound => "energy, certified",
             Norm::Energy => "energy",
             Norm::L2 => "L²",
         };
-        let asked = format!("**{}** {norm}", percent_asked(a.target));
-        let mut row = vec![Entry::new(prose(asked), Some(a.target))];
+        let mut row = vec![Cell::number(
+            a.target,
+            text!("**{}** {}", percent_asked(a.target), norm),
+        )];
         row.extend(engines.iter().map(|name| {
             let Some(way) = ways(a).find(|way| way.engine == *name) else {
-                return Entry::words("none measured");
+                return "none measured".into();
             };
-            let time = duration(way.seconds);
-            let time = if way.engine == a.best.engine {
-                format!("**{time}**")
-            } else {
-                time
+            let time = Text::from(duration(way.seconds));
+            let time = match way.engine == a.best.engine {
+                true => Text::strong(time),
+                false => time,
             };
-            let memory = way
-                .memory_mb
-                .map_or(String::new(), |mb| format!(", {mb:.0} MB"));
-            let setting = leaf("small", &[], way.setting());
-            let told = Html::from([prose(time + &memory), setting]);
-            Entry::new(told, Some(way.seconds))
+            let memory = way.memory_mb.map(|mb| format!(", {mb:.0} MB"));
+            Cell {
+                more: leaf("small", &[], way.setting()),
+                ..Cell::number(way.seconds, time.and(memory))
+            }
         }));
-        row.push(Entry::words(format!("`{}`", a.command)));
-        sheet.rows.push((false, row));
-    }
-    sheet.html()
+        row.push(Text::code(&a.command).into());
+        row
+    });
+    table(&Table::new("", head).with(rows))
 }
 
 /// `5 %`, without digits that say nothing.

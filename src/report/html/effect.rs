@@ -9,7 +9,8 @@ use super::plane::{Layers, WIDTH, circle, drawing, ticks, word};
 use super::ramp::Ramp;
 use super::residual::{corners, outline, window};
 use super::surface::Surface;
-use crate::report::number::{number, power_of_ten, trimmed};
+use crate::text::number::{number, power_of_ten, trimmed};
+use crate::text::text;
 use faceoff_fem::contact::Problem;
 
 /// Of more faces the map has squares.
@@ -50,9 +51,9 @@ impl Effect<'_> {
                 .map(|(face, d)| (*face as usize, ramp.step(*d)))
                 .collect();
             let surface = Surface::new(mesh, &contact);
-            let caption = format!(
+            let caption = text!(
                 "**The effect.** |{}| on Γ_C from outside, {}",
-                self.name,
+                &self.name,
                 surface.words()
             );
             let worst = worst.filter(|face| contact.contains(face));
@@ -85,7 +86,7 @@ impl Effect<'_> {
             .map(|face| mesh.face_midpoint(face))
             .map(|p| view.pixel([p[0], p[1]]));
         svg += &worst.map_or(String::new(), |at| circle(at, 8.0));
-        let caption = format!("**The effect.** |{}| of the face means", self.name);
+        let caption = text!("**The effect.** |{}| of the face means", &self.name);
         figure(
             "",
             caption,
@@ -163,8 +164,11 @@ impl Effect<'_> {
         } else {
             "; black: the others among themselves"
         };
-        let caption =
-            format!("**It falls off with the distance** from {place}: every dot a face{below}");
+        let caption = text!(
+            "**It falls off with the distance** from {}: every dot a face{}",
+            place,
+            below
+        );
         figure(
             "",
             caption,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::plane::{Picture, word};
-use crate::report::number::{number, trimmed};
+use crate::text::number::{number, trimmed};
 
 /// Shades, the darkest first, as the style has them.
 const SHADES: f64 = 16.0;

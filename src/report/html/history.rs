@@ -1,9 +1,11 @@
 //! What releases were, run by run: a row of signs each, which do not rely on their colours.
 
-use super::markup::{Column, Entry, Html, Sheet, leaf, text};
+use super::markup::{Html, leaf, table, text};
 use crate::campaigns::matrix::verdict;
 use crate::engine::unique;
 use crate::report::matrix::{Past, badge_name};
+use crate::report::model::{Cell, Table};
+use crate::text::Text;
 use faceoff_judge::Verdict;
 
 /// Most runs in a row.
@@ -21,20 +23,14 @@ pub(in crate::report) fn history(past: &[Past]) -> Html {
             .last()
             .is_some_and(|run| run.releases.iter().any(|of| of.name == name));
         let badge = badge_name(name);
-        let link = match is_asked {
-            true => leaf("a", &[("href", &*badge)], "badge"),
-            false => text(""),
+        let link = is_asked.then(|| Text::link(badge, "badge"));
+        let signs = Cell {
+            more: signs,
+            ..Cell::default()
         };
-        let entry = |html| Entry::new(html, None);
-        (false, vec![Entry::words(name), entry(signs), entry(link)])
+        vec![name.into(), signs, link.into()]
     });
-    let head = ["release", "runs", "badge"];
-    Sheet {
-        caption: String::new(),
-        head: head.map(|name| Column::new("", text(name))).into(),
-        rows: rows.collect(),
-    }
-    .html()
+    table(&Table::new("", ["release", "runs", "badge"]).with(rows))
 }
 
 /// One run of one release.

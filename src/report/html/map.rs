@@ -2,10 +2,11 @@
 
 use super::Html;
 use super::markup::{element, leaf, prose, text};
+use crate::text::Text;
 
 /// What became of trials, for those who look for where something goes wrong.
 pub(in crate::report) struct Map {
-    pub caption: String,
+    pub caption: Text,
     /// Names of the two columns that name a row.
     pub of: [&'static str; 2],
     /// Codes, and the methods of each.
@@ -107,7 +108,7 @@ mod tests {
             })
         };
         let map = Map {
-            caption: evil(),
+            caption: evil().into(),
             of: ["extreme", "value"],
             head: vec![
                 (evil(), vec![evil(), "p1".into()]),

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::report::console::misleads;
-use crate::report::model::{Cell, Table, short, word as word_of};
-use crate::report::number::in_words;
+use crate::report::model::{Cell, Table, word as word_of};
+use crate::text::{Piece, Span, Text};
 use faceoff_judge::Verdict;
 
 /// A piece of a page. Its only ways in are [`text`], [`element`] and [`raw`].
@@ -45,42 +45,32 @@ pub(super) fn text(text: impl AsRef<str>) -> Html {
     Html(escape(text.as_ref()))
 }
 
-/// A text in which `…` encloses what one would type and **…** what stands out; numbers in it as a person writes them.
-pub(super) fn prose(words: impl AsRef<str>) -> Html {
-    emphasised(words.as_ref(), "b")
+/// A sentence: what stands out bold, what one would type as code, numbers as people write them.
+pub(super) fn prose(words: impl Into<Text>) -> Html {
+    emphasised(&words.into(), "b")
 }
 
-/// The same with what stands out in an element of its own.
-pub(super) fn emphasised(words: &str, tag: &str) -> Html {
-    let parts = words.split('`').enumerate();
-    let outside = |part: &str| -> Html {
-        let parts = part.split("**").enumerate();
-        let of = |(k, part): (usize, &str)| match k % 2 {
-            0 => symbols(part),
-            _ => element(tag, &[], symbols(part)),
-        };
-        parts.map(of).collect()
+/// The same with what stands out in an element of this kind.
+pub(super) fn emphasised(words: &Text, tag: &str) -> Html {
+    let runs = words.spans().chunk_by(|a, b| a.is_strong == b.is_strong);
+    let run = |run: &[Span]| {
+        let inner: Html = run.iter().map(|span| shown(&span.piece)).collect();
+        match run[0].is_strong {
+            true => element(tag, &[], inner),
+            false => inner,
+        }
     };
-    let of = |(k, part): (usize, &str)| match k % 2 {
-        0 => outside(part),
-        _ => leaf("code", &[], part),
-    };
-    parts.map(of).collect()
+    runs.map(run).collect()
 }
 
-/// Words with the parts of the boundary as one writes them, `Γ_C` with a C below.
-fn symbols(words: &str) -> Html {
-    let mut parts = words.split("Γ_");
-    let first = parts.next().map(|part| text(in_words(part)));
-    let rest = parts.map(|part| {
-        let end = part.chars().next().map_or(0, char::len_utf8);
-        Html::from([
-            text("Γ"),
-            leaf("sub", &[], &part[..end]),
-            text(in_words(&part[end..])),
-        ])
-    });
-    first.into_iter().chain(rest).collect()
+fn shown(piece: &Piece) -> Html {
+    match piece {
+        Piece::Words(words) => text(words),
+        Piece::Code(words) => leaf("code", &[], words),
+        Piece::Boundary(letter) => Html::from([text("Γ"), leaf("sub", &[], letter.to_string())]),
+        Piece::Number(number) => text(number.told()),
+        Piece::Link(to, words) => leaf("a", &[("href", to)], words),
+    }
 }
 
 /// What is HTML already: pictures that were drawn here, style and script that the program carries.
@@ -106,114 +96,55 @@ pub(super) fn leaf(tag: &str, attributes: &[(&str, &str)], inner: impl AsRef<str
     element(tag, attributes, text(inner))
 }
 
-/// A table of a report. A row with a verdict that is no pass is set off.
+/// A table of a report: its columns sort by the numbers behind them.
 pub(super) fn table(table: &Table) -> Html {
-    let head = table.head.iter().enumerate();
-    let mut sheet = Sheet {
-        caption: table.caption.clone(),
-        head: head
-            .map(|(k, name)| Column::new(if table.is_numeric(k) { "n" } else { "" }, prose(name)))
-            .collect(),
-        rows: Vec::new(),
-    };
-    for row in &table.rows {
-        let entries = row.iter().map(|cell| {
-            let value = match cell {
-                Cell::Number(value, _) | Cell::Judged(_, value) => Some(*value),
-                _ => None,
-            };
-            Entry::new(shown(cell), value)
-        });
-        let verdict = row.iter().filter_map(|cell| match cell {
-            Cell::Verdict(verdict) | Cell::Judged(verdict, _) => Some(*verdict),
-            _ => None,
-        });
-        let is_hot = verdict.max().is_some_and(|verdict| !verdict.passes());
-        sheet.rows.push((is_hot, entries.collect()));
-    }
-    sheet.html()
-}
-
-/// A table of the page: columns that sort by the numbers behind them.
-#[derive(Default)]
-pub(super) struct Sheet {
-    pub caption: String,
-    pub head: Vec<Column>,
-    /// Is a row set off?
-    pub rows: Vec<(bool, Vec<Entry>)>,
-}
-
-/// The classes of a column and its heading: `n` is a number, `w` does not wrap, `opt` gives way on a narrow page, `d` has
-/// dots on an axis.
-pub(super) struct Column(&'static str, Html);
-
-impl Column {
-    pub fn new(class: &'static str, head: Html) -> Self {
-        Column(class, head)
-    }
-}
-
-/// What stands in a place, and by what it sorts if not by its words.
-pub(super) struct Entry(Html, Option<f64>);
-
-impl Entry {
-    pub fn new(html: Html, value: Option<f64>) -> Self {
-        Entry(html, value)
-    }
-
-    pub fn words(words: impl AsRef<str>) -> Self {
-        Entry(prose(words), None)
-    }
-
-    pub fn number(value: f64, digits: impl AsRef<str>) -> Self {
-        Entry(text(digits), Some(value))
-    }
-}
-
-impl Sheet {
-    pub fn html(self) -> Html {
-        let head = self.head.iter().map(|Column(class, name)| {
-            let class = Vec::from_iter((!class.is_empty()).then_some(("class", *class)));
-            element(
-                "th",
-                &[&[("scope", "col")], &class[..]].concat(),
-                name.clone(),
-            )
-        });
-        let head: Html = head.collect();
-        let rows = self.rows.into_iter().map(|(is_hot, entries)| {
-            let cells = entries.into_iter().zip(&self.head);
-            let cells = cells.map(|(Entry(html, value), Column(class, _))| {
-                let key = value.filter(|v| v.is_finite()).map(|v| v.to_string());
-                let mut attributes =
-                    Vec::from_iter((!class.is_empty()).then_some(("class", *class)));
-                attributes.extend(key.as_deref().map(|key| ("data-v", key)));
-                element("td", &attributes, html)
-            });
-            let hot = is_hot.then_some(("class", "hot"));
-            element("tr", hot.as_slice(), cells)
-        });
-        let rows: Html = rows.collect();
-        let caption = match self.caption.is_empty() {
-            true => Html::default(),
-            false => element("caption", &[], prose(&self.caption)),
+    let classes: Vec<&str> = (0..table.head.len())
+        .map(|k| match table.head[k].class {
+            Some(class) => class,
+            None if table.is_numeric(k) => "n",
+            None => "",
+        })
+        .collect();
+    let class =
+        |k: usize| Vec::from_iter((!classes[k].is_empty()).then_some(("class", classes[k])));
+    let head = table.head.iter().enumerate().map(|(k, column)| {
+        let attributes = [&[("scope", "col")], &class(k)[..]].concat();
+        let name = prose(&column.name);
+        element("th", &attributes, [name, column.more.clone()])
+    });
+    let head = element("thead", &[], element("tr", &[], head));
+    let rows = table.rows.iter().enumerate().map(|(row, cells)| {
+        let verdict = cells.iter().filter_map(|cell| cell.verdict).max();
+        let is_hot = match table.set_off.get(row) {
+            Some(is_set_off) => *is_set_off,
+            None => verdict.is_some_and(|verdict| !verdict.passes()),
         };
-        let head = element("thead", &[], element("tr", &[], head));
-        let table = element("table", &[], [caption, head, element("tbody", &[], rows)]);
-        element("div", &[("class", "scroll")], table)
-    }
+        let cells = cells.iter().enumerate().map(|(k, cell)| {
+            let key = cell.value.filter(|v| v.is_finite()).map(|v| v.to_string());
+            let mut attributes = class(k);
+            attributes.extend(key.as_deref().map(|key| ("data-v", key)));
+            element("td", &attributes, of_cell(cell))
+        });
+        let hot = is_hot.then_some(("class", "hot"));
+        element("tr", hot.as_slice(), cells)
+    });
+    let rows: Html = rows.collect();
+    let caption = match table.caption.is_empty() {
+        true => Html::default(),
+        false => element("caption", &[], prose(&table.caption)),
+    };
+    let table = element("table", &[], [caption, head, element("tbody", &[], rows)]);
+    element("div", &[("class", "scroll")], table)
 }
 
-fn shown(cell: &Cell) -> Html {
-    match cell {
-        Cell::Text(words) => prose(words),
-        Cell::Number(_, digits) => text(digits),
-        Cell::Verdict(verdict) => word(*verdict),
-        Cell::Judged(verdict, number) => {
-            Html::from([word(*verdict), text(format!(" {}", short(*number)))])
-        }
-        Cell::Link(to, words) => leaf("a", &[("href", to)], words),
-    }
+fn of_cell(cell: &Cell) -> Html {
+    let shown = prose(&cell.shown);
+    let shown = match cell.is_bad {
+        true => element("b", &[("class", "bad")], shown),
+        false => shown,
+    };
+    let verdict = cell.verdict.map(word).unwrap_or_default();
+    Html::from([verdict, shown, cell.more.clone()])
 }
 
 /// The verdict as a word that does not rely on its colour.
@@ -225,21 +156,20 @@ pub(super) fn word(verdict: Verdict) -> Html {
 }
 
 /// Names and what they are.
-pub(super) fn facts(facts: &[(impl AsRef<str>, String)]) -> Html {
-    let items = facts.iter();
-    let items = items.flat_map(|(name, fact)| {
+pub(super) fn facts(facts: &[(Text, Text)]) -> Html {
+    let of = |(name, fact): &(Text, Text)| {
         [
             element("dt", &[], prose(name)),
             element("dd", &[], prose(fact)),
         ]
-    });
-    element("dl", &[], items)
+    };
+    element("dl", &[], facts.iter().flat_map(of))
 }
 
 /// A picture under what it shows in words, of which what stands out comes first.
 pub(super) fn figure(
     class: &str,
-    caption: impl AsRef<str>,
+    caption: impl Into<Text>,
     pictures: impl IntoIterator<Item = Html>,
 ) -> Html {
     let caption = element("figcaption", &[], prose(caption));
@@ -277,10 +207,11 @@ pub(super) fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::text::text;
 
     #[test]
     fn what_one_would_type_is_code() {
-        let told = prose("of `a<b` in `c`");
+        let told = prose(text!("of `{}` in `c`", "a<b"));
         let code = "of <code>a&lt;b</code> in <code>c</code>";
         assert_eq!(told.as_str(), code);
     }

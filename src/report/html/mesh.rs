@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use super::markup::figure;
 use super::plane::{Layers, View, WIDTH, circle, drawing, word};
 use super::{Html, in_thirds};
-use crate::report::number::{number, trimmed};
+use crate::text::number::{number, trimmed};
+use crate::text::text;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::{Field, Mesh, Support};
 
@@ -236,7 +237,7 @@ fn of_groups(scene: &Scene<'_>) -> Html {
         );
         y += 14.0;
     }
-    let caption = format!("**Groups**, {}", scene.words());
+    let caption = text!("**Groups**, {}", scene.words());
     figure(
         "",
         caption,
@@ -288,7 +289,13 @@ fn of_field(scene: &Scene<'_>, field: &Field) -> Html {
     let time = field
         .time
         .map_or(String::new(), |time| format!(", time {time}"));
-    let caption = format!("**{what}{}** on {}{time}", field.name, field.on);
+    let caption = text!(
+        "**{}{}** on {}{}",
+        what,
+        &field.name,
+        field.on.to_string(),
+        time
+    );
     let label = format!("{what}{} on {}", field.name, field.on);
     figure("", caption, [drawing(&label, [WIDTH, y + 2.0], &svg)])
 }
@@ -306,7 +313,7 @@ pub(in crate::report) fn located(mesh: &Mesh, places: &[[f64; 3]]) -> Result<Htm
     for place in places {
         svg += &circle(scene.view.pixel(scene.sight.flat(*place)), 8.0);
     }
-    let caption = format!(
+    let caption = text!(
         "**The worst cells** by each measure, and the first finding of each kind; {}",
         scene.words()
     );

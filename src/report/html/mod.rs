@@ -33,7 +33,9 @@ use std::path::Path;
 use super::folder::names;
 use super::model::{Block, Figure, Report, word as word_of};
 use super::provenance::{Provenance, provenance};
-pub(super) use along::Along;
+use crate::text::Text;
+pub(super) use along::along_one;
+pub(super) use axis::{Axis as DotAxis, Dot};
 pub(super) use chart::{Axis, COLOURS, Chart, Line, Point, Slope, chart_figure, charts};
 pub(super) use codes::{tolerances, tried};
 pub(super) use compared::{Compared, by_field};
@@ -135,15 +137,16 @@ fn answer(report: &Report) -> Html {
         Some((_, word)) => format!("verdict: {word}"),
         None => "result".to_owned(),
     };
-    let claim = match &*report.claim {
-        "" => capitalised(&report.headline),
-        claim => claim.to_owned(),
+    let claim = match report.claim.is_empty() {
+        true => report.headline.clone().capitalised(),
+        false => report.claim.clone(),
     };
     let mut attributes = vec![("id", "verdict")];
-    attributes.extend((claim.chars().count() > LONG).then_some(("class", "long")));
-    let lede = match &*report.lede {
-        "" => Html::default(),
-        lede => element("p", &[("class", "lede")], prose(lede)),
+    let length = claim.to_string().chars().count();
+    attributes.extend((length > LONG).then_some(("class", "long")));
+    let lede = match report.lede.is_empty() {
+        true => Html::default(),
+        false => element("p", &[("class", "lede")], prose(&report.lede)),
     };
     let attributes_of = [("role", "status"), ("aria-label", &*label)];
     element(
@@ -151,19 +154,6 @@ fn answer(report: &Report) -> Html {
         &attributes_of,
         [element("h1", &attributes, emphasised(&claim, "em")), lede],
     )
-}
-
-/// As a sentence begins; a name in it stays as it is.
-fn capitalised(words: &str) -> String {
-    let mut letters = words.chars();
-    let is_word = words
-        .split(' ')
-        .next()
-        .is_some_and(|w| w.chars().all(|c| c.is_ascii_lowercase()));
-    match letters.next() {
-        Some(first) if is_word => first.to_ascii_uppercase().to_string() + letters.as_str(),
-        _ => words.to_owned(),
-    }
 }
 
 /// The picture, and beside it what to do.
@@ -259,12 +249,12 @@ pub(super) fn in_thirds(all: impl Iterator<Item = Html>) -> Html {
 }
 
 /// Names and what they are, beside a picture.
-pub(super) fn known(of: &[(&str, String)]) -> Html {
+pub(super) fn known(of: &[(Text, Text)]) -> Html {
     facts(of)
 }
 
 /// A part with a heading.
-pub(super) fn titled(words: &str, part: Html) -> Html {
+fn titled(words: impl Into<Text>, part: Html) -> Html {
     Html::from([element("h2", &[], prose(words)), part])
 }
 
@@ -284,14 +274,16 @@ fn block(block: &Block) -> Result<Html> {
         Block::Facts(of) => facts(of),
         Block::Table(of) => table(of),
         Block::Figure(of) => figure_of(of),
-        Block::Folded(summary, inner) => {
-            // What stands behind the dot is less than a name.
-            let (name, about) = summary.split_once('·').unwrap_or((summary, ""));
-            let about = match about {
-                "" => Html::default(),
-                about => element("span", &[], prose(format!("·{about}"))),
+        Block::Folded([name, about], inner) => {
+            // What is said behind the dot is less than a name.
+            let about = match about.is_empty() {
+                true => Html::default(),
+                false => element("span", &[], Html::from([text("· "), prose(about)])),
             };
-            folded(Html::from([prose(name), about]), [blocks(inner)?])
+            folded(
+                Html::from([prose(name), text(" "), about]),
+                [blocks(inner)?],
+            )
         }
         Block::Page(inner) => blocks(inner)?,
         Block::Terminal(_) => Html::default(),

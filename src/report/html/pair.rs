@@ -33,6 +33,11 @@ impl<'a> Pair<'a> {
         format!("{} – {}", self.a, self.b)
     }
 
+    /// What is taken of the two.
+    pub fn difference(&self) -> String {
+        format!("{} − {}", self.a, self.b)
+    }
+
     pub fn has(&self, engine: &str) -> bool {
         self.a == engine || self.b == engine
     }

@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 use super::along::{LEFT, Panel, Sheet};
 use super::plane::word;
 use super::residual::Put;
-use crate::report::number::{number, power_of_ten, trimmed};
+use crate::text::number::{number, power_of_ten, trimmed};
+use crate::why::Explanation;
 
 /// γ that is off by less has no picture.
 const OFF: f64 = 1e-9;
@@ -171,7 +172,7 @@ impl Sheet<'_> {
             .filter_map(|g| g.factor)
             .filter(|f| f.is_finite())
             .collect();
-        let is_gamma = found.culprit().is_some_and(|c| c.ingredient == "γ");
+        let is_gamma = found.culprit().is_some_and(Explanation::is_gamma);
         if !is_gamma || !factors.iter().any(|f| (f - 1.0).abs() > OFF) {
             return;
         }

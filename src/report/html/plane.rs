@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::markup::escape;
 use super::ramp::CLASSES;
-use crate::report::number::{number, trimmed};
+use crate::text::number::{number, trimmed};
 
 /// The width of a map in units of its picture.
 pub(super) const WIDTH: f64 = 384.0;

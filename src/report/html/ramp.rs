@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::markup::{Html, element, leaf, raw};
-use crate::report::number::{power_of_ten, size, whole};
+use crate::text::number::{power_of_ten, size, whole};
 
 /// Steps below the tolerance, and all; the style has the colours. One more is for what is not a finite number.
 const COLD: i32 = 20;

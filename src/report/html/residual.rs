@@ -8,7 +8,8 @@ use super::markup::{division, figure};
 use super::plane::{Layers, View, WIDTH, circle, drawing, position, segments, word};
 use super::ramp::Ramp;
 use super::surface;
-use crate::report::number::{number, size, whole};
+use crate::text::number::{number, size, whole};
+use crate::text::{at_most, text};
 use crate::why::{self, Explanation, Findings, Spot};
 use faceoff_fem::contact::{Problem, Term};
 use faceoff_fem::scene::Part;
@@ -212,9 +213,10 @@ fn overview(put: &Put, about: &str) -> Html {
         .map(|row| view.pixel(put.flat(problem.space.point(row))));
     svg += &worst.map_or(String::new(), |at| circle(at, 9.0));
     svg += &corners(&view);
-    let caption = format!(
-        "**The cause.** Residual of {}, row by row: {about}",
-        put.name
+    let caption = text!(
+        "**The cause.** Residual of {}, row by row: {}",
+        &put.name,
+        about
     );
     let picture = drawing(
         &format!("residual of {}, {about}", put.name),
@@ -357,10 +359,11 @@ fn zoom(put: &Put, about: &str) -> Html {
         .filter(|row| !put.fails(*row))
         .map(|row| put.errors[row]);
     let rest = rest.fold(0.0, f64::max);
-    let caption = format!(
-        "**Around the worst.** {shape}; {} rows fail, all others are below {}",
+    let caption = text!(
+        "**Around the worst.** {}; {} rows fail, all others are at most {}",
+        shape,
         whole(count),
-        size(rest)
+        at_most(rest, 2)
     );
     let picture = drawing(
         &format!("the worst row of {}, {about}", put.name),
@@ -401,13 +404,13 @@ pub(in crate::report) fn by_term(put: &Put, about: &str) -> Html {
             &svg,
         );
         let fail = match (of.failing, of.suspect) {
-            (0, _) => "none fails".to_owned(),
-            (failing, true) => format!("**{} fail**: may be wrong", whole(failing)),
-            (failing, _) => format!("{} fail", whole(failing)),
+            (0, _) => "none fails".into(),
+            (failing, true) => text!("**{} fail**: may be wrong", whole(failing)),
+            (failing, _) => format!("{} fail", whole(failing)).into(),
         };
         figure(
             "",
-            format!("**{name}**: {} rows, {fail}", whole(of.rows)),
+            text!("**{}**: {} rows, {}", name, whole(of.rows), fail),
             [picture],
         )
     });

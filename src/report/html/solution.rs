@@ -5,7 +5,8 @@ use super::markup::figure;
 use super::plane::{Layers, View, WIDTH, drawing, word};
 use super::residual::{outline, shapes, window};
 use super::surface::{Surface, from_side};
-use crate::report::number::{number, size, trimmed};
+use crate::text::number::{number, size, trimmed};
+use crate::text::text;
 use faceoff_fem::contact::Problem;
 use faceoff_mesh::mesh::Triangulation;
 
@@ -54,7 +55,7 @@ pub(in crate::report) fn solution(problem: &Problem, u: &[f64], about: &str) -> 
         + &word("t e", [WIDTH, y], &format!("to {}, pale", told(high)));
     figure(
         "",
-        format!("**u**, {about}"),
+        text!("**u**, {}", about),
         [drawing(&format!("u, {about}"), [WIDTH, y + 2.0], &svg)],
     )
 }
@@ -79,9 +80,10 @@ fn zones(problem: &Problem, u: &[f64], about: &str) -> Html {
         .map(|f| (f.face, (in_contact(f) * (WARM[0] - 1.0)) as usize));
     let faces: Vec<(usize, usize)> = faces.collect();
     let surface = Surface::new(problem.space.mesh, &all);
-    let caption = format!(
-        "**Γ_C from outside**, {}: dark where in contact; {about}",
-        surface.words()
+    let caption = text!(
+        "**Γ_C from outside**, {}: dark where in contact; {}",
+        surface.words(),
+        about
     );
     let label = format!("contact status on Γ_C, {about}");
     figure("", caption, [surface.picture(&label, &faces, &[], None)])
@@ -131,7 +133,7 @@ pub(in crate::report) fn cells(mesh: &Triangulation, squares: &[f64], about: &st
         }
         drawing(about, [WIDTH, view.height], &layers.svg(true))
     };
-    let caption = format!(
+    let caption = text!(
         "**What each cell adds to the bound**: the darker, the more, over three powers of ten down from {}; refining there pays most",
         size(most.sqrt())
     );

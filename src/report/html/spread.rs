@@ -8,7 +8,8 @@ use super::pair::pairs;
 use super::plane::{drawing, word};
 use crate::campaigns::verify::VerifyOutcome;
 use crate::engine::unique;
-use crate::report::number::{number, size, trimmed, whole};
+use crate::text::number::{size, trimmed, whole};
+use crate::text::{Text, at_most, text};
 use faceoff_mesh::error::Result;
 
 /// Powers of two of rounding that are drawn.
@@ -20,7 +21,7 @@ const MOST: usize = 3;
 
 /// Differences of one pair of codes by one method, over rounding.
 struct Of {
-    pair: String,
+    pair: [String; 2],
     method: String,
     tolerance: f64,
     differences: Vec<f64>,
@@ -44,7 +45,7 @@ impl Spread {
                         .into_iter()
                         .map(|(_, d)| d / f64::EPSILON)
                         .filter(|d| d.is_finite());
-                    let name = pair.name();
+                    let name = [pair.a, pair.b].map(str::to_owned);
                     match all
                         .iter_mut()
                         .find(|o| o.pair == name && o.method == case.method)
@@ -66,7 +67,7 @@ impl Spread {
     }
 
     /// How large the differences are, in words.
-    pub fn words(&self) -> String {
+    pub fn words(&self) -> Text {
         let mut all: Vec<f64> = self
             .all
             .iter()
@@ -74,10 +75,10 @@ impl Spread {
             .collect();
         all.sort_by(f64::total_cmp);
         let Some(last) = all.last().copied() else {
-            return String::new();
+            return Text::default();
         };
         let at = |share: f64| all[((all.len() - 1) as f64 * share) as usize];
-        let units = |d: f64| trimmed(&number(d, if d < 100.0 { 2 } else { 3 }));
+        let units = |d: f64| trimmed(&at_most(d, if d < 100.0 { 2 } else { 3 }));
         let slack = self
             .all
             .iter()
@@ -87,12 +88,13 @@ impl Spread {
             true => format!(", 1/{} of its tolerance", whole(slack as usize)),
             false => String::new(),
         };
-        format!(
-            "Of {} differences half are below **{} units of rounding**, 99 in 100 below {}; the largest is {} units{slack}.",
+        text!(
+            "Of {} differences half are below **{} units of rounding**, 99 in 100 below {}; the largest is {} units{}.",
             whole(all.len()),
             units(at(0.5)),
             units(at(0.99)),
-            units(last)
+            units(last),
+            slack
         )
     }
 
@@ -104,7 +106,7 @@ impl Spread {
             .filter(|d| **d == 0.0)
             .count();
         let count: usize = self.all.iter().map(|of| of.differences.len()).sum();
-        let caption = format!(
+        let caption = text!(
             "**How well they agree.** Share of the values by their difference, for each pair of codes; ▴ the largest. {} in 100 are \
              equal to the last bit and not drawn",
             (100 * equal).div_ceil(count.max(1))
@@ -139,7 +141,7 @@ impl Spread {
             .iter()
             .flat_map(bins)
             .fold(f64::MIN_POSITIVE, f64::max);
-        let names = unique(self.all.iter().map(|of| &*of.pair));
+        let names = unique(self.all.iter().map(|of| &of.pair));
         let methods = unique(self.all.iter().map(|of| &*of.method));
         let shown = names.len().clamp(1, MOST);
         let row = (height - 52.0) / shown as f64;
@@ -171,14 +173,16 @@ impl Spread {
                 svg,
                 "<path class=\"hair\" d=\"M{left} {base:.1}H{right}\"/>"
             );
-            match (is_narrow, name.split_once(" – ")) {
-                (false, Some((a, b))) => {
+            let [a, b] = name;
+            let both = format!("{a} – {b}");
+            match is_narrow {
+                false => {
                     svg += &word("s e", [left - 10.0, base - 4.0], &format!("{a} –"));
                     svg += &word("s e", [left - 10.0, base + 10.0], b);
                 }
-                _ => svg += &word("s", [left, base - most - 4.0], name),
+                true => svg += &word("s", [left, base - most - 4.0], &both),
             }
-            for of in self.all.iter().filter(|of| of.pair == *name) {
+            for of in self.all.iter().filter(|of| of.pair == **name) {
                 let which = methods.iter().position(|m| *m == of.method).unwrap_or(0);
                 let step = (right - left) / BINS as f64;
                 let mut path = format!("M{left:.1} {base:.1}");
@@ -193,7 +197,7 @@ impl Spread {
                     .copied()
                     .unwrap_or(0.0);
                 let told = format!(
-                    "{name}, {}: half below {}, largest {} units of rounding",
+                    "{both}, {}: half below {}, largest {} units of rounding",
                     of.method,
                     size(median),
                     size(largest)

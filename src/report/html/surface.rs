@@ -6,7 +6,8 @@ use super::Html;
 use super::markup::figure;
 use super::plane::{Layers, View, WIDTH, circle, drawing, word};
 use super::residual::Put;
-use crate::report::number::whole;
+use crate::text::number::whole;
+use crate::text::text;
 use faceoff_mesh::mesh::Triangulation;
 
 const HIGHEST: f64 = 380.0;
@@ -169,10 +170,11 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
     let sight = Sight::new(mesh, &all);
     if !all.is_empty() {
         let surface = Surface::new(mesh, &all);
-        let caption = format!(
-            "**The cause.** Γ_C from outside, {}: each face by the worst row of the cell behind it; {}, {about}",
+        let caption = text!(
+            "**The cause.** Γ_C from outside, {}: each face by the worst row of the cell behind it; {}, {}",
             surface.words(),
-            put.name
+            &put.name,
+            about
         );
         let label = format!("residual of {} on Γ_C, {about}", put.name);
         let worst = farthest.map(|(face, _)| face);
@@ -201,7 +203,7 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
     let axes = [sight.axes[0], across].map(|axis| AXES[axis]);
     svg += &word("t m", [0.5 * WIDTH, view.height + 18.0], axes[0]);
     let failing = (0..put.errors.len()).filter(|row| put.fails(*row)).count();
-    let caption = format!(
+    let caption = text!(
         "**All rows from the side**, {} to the right, {} upwards, the worst in front; {} of {} fail",
         axes[0],
         axes[1],

@@ -9,11 +9,9 @@ use super::pair::{self, pairs};
 use super::residual::{Put, by_term, cause};
 use super::spread::Spread;
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
-use crate::report::culprit::{at_fault, differing, reference};
-use crate::report::headline::culprit;
 use crate::report::model::{self, Table};
-use crate::report::number::{place, size, whole};
-use crate::report::verify::label;
+use crate::text::number::{place, size, whole};
+use crate::text::text;
 use crate::why::Diagnosis;
 use faceoff_mesh::error::Result;
 
@@ -27,8 +25,11 @@ pub(in crate::report) struct Run<'a> {
 impl<'a> Run<'a> {
     /// The case that is shown in detail.
     fn shown(&self) -> Option<(&'a CaseOutcome, Option<&'a EngineOutcome>)> {
-        let of = culprit(self.outcome).map(|(case, engine)| (case, Some(engine)));
-        of.or_else(|| differing(self.outcome).map(|case| (case, None)))
+        let of = self
+            .outcome
+            .culprit()
+            .map(|(case, engine)| (case, Some(engine)));
+        of.or_else(|| self.outcome.differing().map(|case| (case, None)))
     }
 
     /// The picture at the top.
@@ -45,7 +46,7 @@ impl<'a> Run<'a> {
                     &engine.answer.u,
                     engine.findings.as_ref(),
                 );
-                Ok(cause(&put, &label(case)))
+                Ok(cause(&put, &case.label()))
             }
             Some((case, None)) => effect(case, None, &[]),
             // Those that answered.
@@ -62,7 +63,7 @@ impl<'a> Run<'a> {
     /// Faces that cannot be matched.
     pub fn details(self) -> Result<Html> {
         let outcome = self.outcome;
-        let fault = at_fault(outcome);
+        let fault = outcome.at_fault();
         let codes = Codes::new(outcome, &fault);
         let Some((case, engine)) = self.shown() else {
             let about = "What the codes that answered make of it; left of the dashed line, the tolerance, is rounding.";
@@ -90,7 +91,7 @@ impl<'a> Run<'a> {
             ]);
         }
         let of = case.setup.case()?;
-        let about = label(case);
+        let about = case.label();
         let mut puts: Vec<Put> = case
             .engines
             .iter()
@@ -111,7 +112,11 @@ impl<'a> Run<'a> {
         let drawn = along.figure("");
         if drawn != Html::default() {
             parts.extend([
-                heading("h2", "Along Γ_C", &format!("{about}. {}", contact(case))),
+                heading(
+                    "h2",
+                    text!("Along Γ_C"),
+                    format!("{about}. {}", contact(case)),
+                ),
                 drawn,
             ]);
         }
@@ -134,8 +139,8 @@ impl<'a> Run<'a> {
         {
             parts.push(heading(
                 "h2",
-                &format!("{} – {} again", diagnosis.a, diagnosis.b),
-                &diagnosis.sentence(),
+                format!("{} – {} again", diagnosis.a, diagnosis.b),
+                diagnosis.sentence(),
             ));
             parts.push(table(&again(diagnosis)));
         }
@@ -184,7 +189,7 @@ impl<'a> Run<'a> {
 /// Which cases agree although a code is at fault elsewhere.
 fn agreeing(outcome: &VerifyOutcome, fault: &[&str]) -> String {
     let of = outcome.cases.iter().filter(|c| c.verdict.passes());
-    let names: Vec<String> = of.map(label).collect();
+    let names: Vec<String> = of.map(CaseOutcome::label).collect();
     match &names[..] {
         some @ [_, ..] if !fault.is_empty() && some.len() <= 3 => {
             format!("In {} what is wrong has no say.", some.join(" and "))
@@ -217,9 +222,7 @@ fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<Named>> {
     let is_faulty = |p: &&pair::Pair| fault.iter().any(|name| p.has(name));
     let right = all.iter().find(|p| !is_faulty(p));
     let wrong = all.iter().find(is_faulty);
-    let of = |p: &pair::Pair| -> Result<_> {
-        Ok((p.name().replace('–', "−"), p.differences(case, "mean")?))
-    };
+    let of = |p: &pair::Pair| -> Result<_> { Ok((p.difference(), p.differences(case, "mean")?)) };
     right.into_iter().chain(wrong).map(of).collect()
 }
 
@@ -227,7 +230,7 @@ fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<Named>> {
 fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) -> Result<Html> {
     let all = pairs(case);
     let wanted = |p: &&pair::Pair| engine.is_none_or(|e| p.has(&e.engine));
-    let beside = reference(case, fault).map_or("", |e| &*e.engine);
+    let beside = case.reference(fault).map_or("", |e| &*e.engine);
     let with_right = |p: &&pair::Pair| wanted(p) && p.has(beside);
     let farthest = all
         .iter()
@@ -243,17 +246,14 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     let Some(field) = pair.worst() else {
         return Ok(Html::default());
     };
-    let (values, name) = (
-        pair.differences(case, "mean")?,
-        pair.name().replace('–', "−"),
-    );
+    let (values, name) = (pair.differences(case, "mean")?, pair.difference());
     let shown = Effect {
         problem: &of.problem,
         values: &values,
         tolerance: field.tolerance,
         name: &name,
     };
-    let about = label(case);
+    let about = case.label();
     let worst = engine
         .and_then(|e| e.findings.as_ref())
         .and_then(|f| f.worst.first());
@@ -277,8 +277,10 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     let faulty: Vec<&str> = engine.iter().map(|e| &*e.engine).collect();
     let all_stop = case.engines.iter().all(|e| e.converged);
     let caption = match all_stop {
-        true => "**Newton.** Increment by step: all converge, so that stopping is not the cause",
-        false => "**Newton.** Increment by step",
+        true => {
+            text!("**Newton.** Increment by step: all converge, so that stopping is not the cause")
+        }
+        false => text!("**Newton.** Increment by step"),
     };
     let stop = case.setup.settings.stop.increment;
     let newton = newton(&increments, &faulty, Some(stop), caption);
@@ -288,8 +290,11 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
         return Ok(pictures);
     }
     let beyond = match field.beyond {
-        0 => format!("No face differs beyond the tolerance in `{}`.", field.field),
-        some => format!(
+        0 => text!(
+            "No face differs beyond the tolerance in `{}`.",
+            &field.field
+        ),
+        some => text!(
             "A fault in few rows spreads: {} of {} faces differ beyond the tolerance, by up to {} of max |u|; the map does not show where to look.",
             whole(some),
             whole(field.faces),
@@ -297,7 +302,7 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
         ),
     };
     Ok(Html::from([
-        heading("h2", "What it does to the answer", &beyond),
+        heading("h2", "What it does to the answer", beyond),
         pictures,
     ]))
 }
@@ -327,5 +332,5 @@ fn summary(case: &CaseOutcome) -> Html {
         false => format!(", {} of max |u|", size(apart)),
     };
     let rest = [text(" · "), word(case.verdict), text(how)];
-    Html::from([text(label(case)), element("span", &[], rest)])
+    Html::from([text(case.label()), element("span", &[], rest)])
 }

@@ -5,6 +5,7 @@
 
 use crate::campaigns::paper::{ExampleOutcome, PaperOutcome, SeriesLevel};
 use crate::report::html::{Axis, COLOURS, Chart, Line, Point, Slope};
+use crate::text::{Text, text};
 
 /// What is shown of each mesh, and its mark: a square, a circle and a triangle.
 type Shown = (usize, &'static str, fn(&SeriesLevel) -> f64);
@@ -14,7 +15,7 @@ const SHOWN: [Shown; 3] = [
     (2, "‖uₕ + [P]₊‖", |l| l.residual),
 ];
 
-pub fn caption(outcome: &PaperOutcome) -> String {
+pub fn caption(outcome: &PaperOutcome) -> Text {
     let zones = of_section(outcome, "6.2");
     let last = zones.len().saturating_sub(1);
     let marks = zones.iter().enumerate().map(|(k, e)| {
@@ -22,11 +23,12 @@ pub fn caption(outcome: &PaperOutcome) -> String {
         format!("{mark} marks N = {}", e.zones.unwrap_or(0))
     });
     let marks: Vec<String> = marks.collect();
-    format!(
-        "**Figure 2.** Convergence of the penalty-free method, errors relative to P2 on {0} × {0}, and the residual on y = 0. \
-         6.2: {1}. Dotted: O(h) above, O(h²) below",
-        outcome.fine,
-        marks.join(", ")
+    text!(
+        "**Figure 2.** Convergence of the penalty-free method, errors relative to P2 on {} × {}, and the residual on y = 0. \
+         6.2: {}. Dotted: O(h) above, O(h²) below",
+        &outcome.fine,
+        &outcome.fine,
+        &marks.join(", ")
     )
 }
 

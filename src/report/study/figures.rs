@@ -4,6 +4,7 @@ use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied, duration, 
 use crate::engine::unique;
 use crate::report::html::{Axis, COLOURS, Chart, Line, Point, charts};
 use crate::report::model::{Cell, Figure, short};
+use crate::text::{Text, text};
 
 /// Below rounding there is nothing to see.
 const LEAST: f64 = 1e-14;
@@ -35,13 +36,13 @@ pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
         1 => "Colours and marks are methods",
         _ => "Colours are codes, marks methods",
     };
-    let caption = "**Work and precision** of SCENE. COLOURS; dashed: adapted meshes; hollow: guaranteed bounds of the \
-        error; bars: least to most time. Dotted: what no measurement beats in both, other tolerances, rules and solvers included";
-    figure(
-        NORMS.map(panel),
-        format!("work-{scene}"),
-        &caption.replace("COLOURS", colours).replace("SCENE", scene),
-    )
+    let caption = text!(
+        "**Work and precision** of {}. {}; dashed: adapted meshes; hollow: guaranteed bounds of the \
+         error; bars: least to most time. Dotted: what no measurement beats in both, other tolerances, rules and solvers included",
+        scene,
+        colours
+    );
+    figure(NORMS.map(panel), format!("work-{scene}"), caption)
 }
 
 /// Error over γ₀; none without a row for it.
@@ -60,17 +61,17 @@ pub fn gamma<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
             ..chart(lines, norm)
         }
     };
-    let caption = format!("**Errors over γ₀** of {scene}, on the finest mesh");
-    figure(NORMS.map(panel), format!("gamma0-{scene}"), &caption)
+    let caption = text!("**Errors over γ₀** of {}, on the finest mesh", scene);
+    figure(NORMS.map(panel), format!("gamma0-{scene}"), caption)
 }
 
-fn figure<'a>(panels: [Chart; 2], name: String, caption: &str) -> Option<Figure<'a>> {
+fn figure<'a>(panels: [Chart; 2], name: String, caption: Text) -> Option<Figure<'a>> {
     let panels = panels.into_iter().filter(|chart| !chart.lines.is_empty());
     let panels: Vec<Chart> = panels.collect();
-    let label = caption.replace("**", "");
+    let label = caption.to_string();
     (!panels.is_empty()).then(|| Figure {
         name,
-        caption: caption.to_owned(),
+        caption,
         picture: Box::new(move |width| charts(&label, &panels, width)),
     })
 }

@@ -1,12 +1,11 @@
 //! (f, φ_i)_h and <t, φ_i>_N, by quadrature.
 
-use rayon::prelude::*;
-
 use super::{FacePoints, add_over_cells};
 use crate::element::{Basis, Space};
 use crate::quadrature::Rule;
 use crate::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::parallel;
 
 /// b_i += (f, φ_i)_h by `rule`, all dofs.
 ///
@@ -49,11 +48,8 @@ pub fn add_load(space: &Space, f: &Expression, rule: &Rule, b: &mut [f64]) -> Re
             }
         }
     });
-    if !b
-        .par_iter()
-        .with_min_len(1 << 14)
-        .all(|value| value.is_finite())
-    {
+    let are_finite = |b: &[f64]| b.iter().all(|value| value.is_finite());
+    if parallel::map(b.chunks(1 << 14), are_finite).contains(&false) {
         for cell in 0..mesh.cell_count() {
             let geometry = mesh.geometry(cell);
             for (lambda, ..) in &rule {

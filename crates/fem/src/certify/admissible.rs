@@ -11,7 +11,7 @@ use crate::linear::{KrylovStop, conjugate_gradients};
 use crate::scene::Part;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 
 /// Steps on the energy. Averages alone cost up to a factor of 100 on slivers.
 const STEPS: usize = 10;
@@ -19,8 +19,6 @@ const STEPS: usize = 10;
 /// is 5 % above that of 30 steps with 6, and 3 % with 10.
 const STEPS_OF_SECOND_ORDER: std::ops::RangeInclusive<usize> = 6..=10;
 const DOFS: usize = 400_000;
-/// Rows that one task takes at least.
-const ROWS: usize = 8192;
 
 /// Where g and ψ meet their intervals are no wider than this for rounding, relative to the largest value.
 const ROUNDING: f64 = 1e-12;
@@ -122,8 +120,7 @@ pub(super) fn near(problem: &Problem, u: &[f64], space: &Space) -> Vec<f64> {
         let first = v.len();
         v.resize(space.dofs, 0.0);
         let (vertices, middles) = v.split_at_mut(first);
-        let middles = middles.par_iter_mut().enumerate();
-        middles.for_each(|(face, v)| *v = flat(mesh, face, vertices));
+        parallel::update(middles, |face, _| flat(mesh, face, vertices));
     }
     v
 }
@@ -140,10 +137,9 @@ fn flat(mesh: &Triangulation, face: usize, v: &[f64]) -> f64 {
 /// b of a function of P2: its dofs are the vertices, and in the plane the faces' middles.
 pub(super) fn bubbles(space: &Space, v: &[f64]) -> Vec<f64> {
     let (vertices, middles) = v.split_at(space.mesh.points.len());
-    let middles = middles.par_iter().enumerate();
-    middles
-        .map(|(face, v)| v - flat(space.mesh, face, vertices))
-        .collect()
+    parallel::collect(middles.len(), |face| {
+        middles[face] - flat(space.mesh, face, vertices)
+    })
 }
 
 /// Makes b that of g on Γ_D, and that of ψ on pressed faces; elsewhere on Γ_C no larger than where v is below ψ for sure: the
@@ -248,7 +244,7 @@ fn averages(problem: &Problem, u: &[f64]) -> Vec<f64> {
         }
         values
     };
-    let values: Vec<[f64; 4]> = (0..mesh.cell_count()).into_par_iter().map(values).collect();
+    let values = parallel::collect(mesh.cell_count(), values);
     let (mut v, mut count) = (vec![0.0; mesh.points.len()], vec![0.0; mesh.points.len()]);
     for (cell, values) in values.iter().enumerate() {
         for (&vertex, value) in mesh.cell(cell).iter().zip(values) {
@@ -330,9 +326,7 @@ pub(super) fn descend(
         |x, y| stiffness.times_into(x, y),
         |r, z| {
             // What is held has no residual, and so no step.
-            let rows = z.par_iter_mut().zip(r).zip(diagonal).zip(held);
-            rows.with_min_len(ROWS)
-                .for_each(|(((z, r), d), held)| *z = if *held { 0.0 } else { r / d });
+            parallel::update(z, |i, _| if held[i] { 0.0 } else { r[i] / diagonal[i] });
             for (part, square) in parts.iter().zip(&of_parts) {
                 let step = part.iter().map(|&dof| r[dof]).sum::<f64>() / square;
                 part.iter().for_each(|&dof| z[dof] = step);

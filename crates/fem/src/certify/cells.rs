@@ -17,7 +17,7 @@ use crate::quadrature::{Piece, WHOLE};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 use std::borrow::Cow;
 
 /// What the theorem needs of each cell.
@@ -97,8 +97,8 @@ pub(super) fn sums<T: Send, const N: usize>(
         let cells = cells.map(|(cell, of_cell)| of(cell, of_cell));
         Ok(cells.fold([Interval::ZERO; N], added))
     };
-    let chunks = cells.par_chunks_mut(CHUNK).enumerate().map(of_chunk);
-    let chunks: Vec<_> = chunks.collect::<Result<_>>()?;
+    let chunks = parallel::map(cells.chunks_mut(CHUNK).enumerate(), of_chunk);
+    let chunks: Vec<_> = chunks.into_iter().collect::<Result<_>>()?;
     Ok(chunks.into_iter().fold([Interval::ZERO; N], added))
 }
 

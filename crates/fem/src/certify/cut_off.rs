@@ -12,8 +12,6 @@
 //!
 //! The first two terms are a field of degree 2, and the size of the rest is bounded by the radii of the enclosures.
 
-use rayon::prelude::*;
-
 use super::quadratic::Quadratic;
 use super::refusal;
 use super::simplex::{
@@ -28,6 +26,7 @@ use crate::scene::{self, Expression};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
+use faceoff_mesh::parallel;
 
 /// Parts of a cell at most, fewer once the rest is below this share of the gradient.
 const PARTS: usize = 64;
@@ -119,7 +118,7 @@ pub(super) fn cut_offs(problem: &Problem, unit: i32) -> Result<Vec<CutOff>> {
         return Ok(Vec::new());
     }
     let is_one = on_curved_faces(problem, unit);
-    let found = (0..mesh.cell_count()).into_par_iter().map(|cell| {
+    let found = parallel::collect(mesh.cell_count(), |cell| {
         let mut chi = [0.0; 4];
         for (chi, &vertex) in chi.iter_mut().zip(mesh.cell(cell)) {
             *chi = f64::from(u8::from(is_one[vertex as usize]));
@@ -149,8 +148,7 @@ pub(super) fn cut_offs(problem: &Problem, unit: i32) -> Result<Vec<CutOff>> {
             "write g so that it is continuous with a bounded slope within these cells as well, or linear on every face",
         ))
     });
-    let found: Vec<Option<CutOff>> = found.collect::<Result<_>>()?;
-    Ok(found.into_iter().flatten().collect())
+    found.into_iter().filter_map(Result::transpose).collect()
 }
 
 /// Is a vertex one of a face of Γ_D on which g is not linear?

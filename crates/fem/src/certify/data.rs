@@ -1,8 +1,6 @@
 //! The data of a problem, enclosed on a mesh: what a piecewise polynomial flux can balance of f and t, what v has to be on
 //! Γ_D and Γ_C, and what of all this is not known.
 
-use rayon::prelude::*;
-
 use super::cut_off::{CutOff, cut_offs};
 use super::lift::{Lift, lifts};
 use super::model::{Domain, Effort};
@@ -18,6 +16,7 @@ use crate::interval::{Interval, above_of_all};
 use crate::scene::{Expression, Part};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::parallel;
 
 /// ∫ |r| of f and t is wanted below this part of h ‖f‖, which costs the bound a hundredth or two.
 const TOLERANCE: f64 = 0.006;
@@ -156,10 +155,7 @@ fn of_cell(cut_offs: &[CutOff], cell: usize) -> Option<&CutOff> {
 fn unit(problem: &Problem) -> i32 {
     let (mesh, data) = (problem.space.mesh, problem.scene.data());
     let of_cell = |cell: usize| data.f.value(mesh.cell_midpoint(cell)).abs();
-    let cells: Vec<f64> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(of_cell)
-        .collect();
+    let cells = parallel::collect(mesh.cell_count(), of_cell);
     let boundary = (0..mesh.face_count()).filter_map(|face| {
         let of = match problem.parts[face]? {
             Part::Dirichlet => &data.g,
@@ -255,10 +251,7 @@ fn effort(problem: &Problem, data: &Expression, [count, dim]: [usize; 2], measur
 /// f on all cells.
 fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
     let mesh = problem.space.mesh;
-    let measures: Vec<f64> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| mesh.measure(cell))
-        .collect();
+    let measures = parallel::collect(mesh.cell_count(), |cell| mesh.measure(cell));
     let volume: f64 = measures.iter().sum();
     let domain = Domain {
         expression: &problem.scene.data().f,
@@ -278,9 +271,12 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
     for (cell, tree) in trees.iter().enumerate() {
         bounded("f", tree, || format!("cell {cell}"))?;
     }
-    let cut = trees.par_iter_mut().filter(|tree| tree.is_cut());
-    cut.for_each(|tree| tree.moments = Some(Box::new(Moments::of(tree, mesh.dim))));
-    let loads = trees.par_iter().map(|tree| {
+    let cut = trees.iter_mut().filter(|tree| tree.is_cut());
+    parallel::map(cut, |tree| {
+        tree.moments = Some(Box::new(Moments::of(tree, mesh.dim)))
+    });
+    let mut loads = parallel::collect(trees.len(), |cell| {
+        let tree = &trees[cell];
         let Some(of) = tree.moments.as_deref() else {
             let values = tree.whole.values;
             let mean = values[..=mesh.dim].iter().sum::<f64>() / (mesh.dim + 1) as f64;
@@ -305,7 +301,6 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
             bubbles: of.bubbles.map(Interval::mid),
         }
     });
-    let mut loads: Vec<Load> = loads.collect();
     loads
         .iter_mut()
         .for_each(|load| load.slopes[mesh.dim + 1..].fill(0.0));

@@ -23,7 +23,10 @@ use crate::quadrature;
 use crate::scene::Part;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
+
+/// Cells that one task takes.
+const CHUNK: usize = 1 << 12;
 
 /// σ·n on the contact faces that u_h says: its flux where P(u_h) ≤ 0, with the cell's height for γ
 /// (with γ itself the paper's law has a spurious flux where nothing touches), and never positive.
@@ -56,11 +59,13 @@ pub(super) fn loads(
 ) -> [Vec<f64>; 2] {
     let (dim, corners) = (mesh.dim, mesh.dim + 1);
     let mut cells = vec![0.0; corners * mesh.cell_count()];
-    let of_cells = cells.par_chunks_exact_mut(corners).zip(&data.loads);
-    of_cells.enumerate().for_each(|(cell, (of_cell, load))| {
-        let measure = mesh.measure(cell);
-        for (i, b) in of_cell.iter_mut().enumerate() {
-            *b = measure * on_face(load, dim, i);
+    let chunks = cells.chunks_mut(CHUNK * corners).enumerate();
+    parallel::map(chunks, |(k, cells)| {
+        for (cell, of_cell) in (k * CHUNK..).zip(cells.chunks_exact_mut(corners)) {
+            let (measure, load) = (mesh.measure(cell), &data.loads[cell]);
+            for (i, b) in of_cell.iter_mut().enumerate() {
+                *b = measure * on_face(load, dim, i);
+            }
         }
     });
     let mut b = vec![0.0; mesh.face_count()];
@@ -218,10 +223,7 @@ impl<'a> Fluxes<'a> {
         if cells.iter().all(|e| *e == 0.0) && neumann.iter().all(|(_, e)| *e == 0.0) {
             return Ok([corners, 1].map(|each| vec![0.0; each * mesh.cell_count()]));
         }
-        let measures: Vec<f64> = (0..mesh.cell_count())
-            .into_par_iter()
-            .map(|cell| mesh.measure(cell))
-            .collect();
+        let measures = parallel::collect(mesh.cell_count(), |cell| mesh.measure(cell));
         let measure = |cell: usize| measures[cell];
         let face_measure = |face: usize| {
             let cell = mesh.face_cells(face)[0] as usize;
@@ -270,9 +272,8 @@ impl<'a> Fluxes<'a> {
                 let holds = (-out / simplex.measure).low >= cells[cell];
                 holds.then(|| norm_of_fluxes(&simplex, fluxes))
             };
-            let norms: Option<Vec<f64>> =
-                (0..mesh.cell_count()).into_par_iter().map(norm).collect();
-            if let Some(norms) = norms {
+            let norms = parallel::collect(mesh.cell_count(), norm);
+            if let Some(norms) = norms.into_iter().collect() {
                 return Ok([fluxes, norms]);
             }
         }
@@ -287,13 +288,14 @@ impl<'a> Fluxes<'a> {
         let mesh = self.problem.space.mesh;
         let corners = mesh.dim + 1;
         let mut fluxes = vec![0.0; cells.len()];
-        let of_cells = fluxes
-            .par_chunks_exact_mut(corners)
-            .zip(cells.par_chunks_exact(corners));
-        of_cells.enumerate().for_each(|(cell, (fluxes, loads))| {
-            self.poisson
-                .stiffness
-                .cell_times(cell, w, fluxes, |a, w| a * w);
+        let chunk = CHUNK * corners;
+        let chunks = fluxes.chunks_mut(chunk).zip(cells.chunks(chunk));
+        parallel::map(chunks.enumerate(), |(k, (fluxes, loads))| {
+            for (cell, fluxes) in (k * CHUNK..).zip(fluxes.chunks_exact_mut(corners)) {
+                self.poisson
+                    .stiffness
+                    .cell_times(cell, w, fluxes, |a, w| a * w);
+            }
             fluxes
                 .iter_mut()
                 .zip(loads)
@@ -310,14 +312,12 @@ impl<'a> Fluxes<'a> {
                 [a, b] => 0.5 * (of(a) - of(b)),
             }
         };
-        let means: Vec<f64> = (0..mesh.face_count()).into_par_iter().map(mean).collect();
-        let of_cells = fluxes.par_chunks_exact_mut(corners).enumerate();
-        of_cells.for_each(|(cell, fluxes)| {
-            for (flux, &face) in fluxes.iter_mut().zip(mesh.cell_faces(cell)) {
-                let is_first = mesh.face_cells(face as usize)[0] as usize == cell;
-                let mean = means[face as usize];
-                *flux = if is_first { mean } else { -mean };
-            }
+        let means = parallel::collect(mesh.face_count(), mean);
+        parallel::update(&mut fluxes, |k, _| {
+            let cell = k / corners;
+            let face = mesh.cell_faces(cell)[k % corners] as usize;
+            let is_first = mesh.face_cells(face)[0] as usize == cell;
+            if is_first { means[face] } else { -means[face] }
         });
         fluxes
     }

@@ -27,8 +27,6 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
-
 use super::model::{Domain, Improved, Open, WORTH};
 use super::simplex::up;
 use super::tree::Leaf;
@@ -37,6 +35,8 @@ use crate::scene::Expression;
 use crate::scene::expression::{MOST, ON_LINE, Taylor, spanned};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::parallel;
+use rayon::prelude::*;
 
 /// Models of what depends on one axis alone by the corners of triangles along it, in order, as bits; where there is one.
 pub(super) type Lines = HashMap<[u64; 3], Along>;
@@ -562,17 +562,18 @@ impl Domain<'_> {
         axes: &[usize],
         aim: f64,
     ) -> Result<Lines> {
-        let open = chosen.par_iter().map(|&k| &open[k]);
-        let waiting = open.clone().filter(|open| !open.may_be_smoother());
-        let corners = waiting.filter_map(|open| {
+        let corners = parallel::collect(chosen.len(), |k| {
+            let open = &open[chosen[k]];
             let axis = self.axis_of(open, axes)?;
-            Some(self.corners_along(open.simplex, axis).map(f64::to_bits))
+            let corners = self.corners_along(open.simplex, axis).map(f64::to_bits);
+            (!open.may_be_smoother()).then_some(corners)
         });
-        let corners: Vec<[u64; 3]> = different(corners.collect());
+        let corners: Vec<[u64; 3]> = different(corners.into_iter().flatten().collect());
         let (Some(axis), false) = (axes.first(), corners.is_empty()) else {
             return Ok(Lines::default());
         };
-        let largest = open.map(|o| o.leaf.unknown()).reduce(|| 0.0, f64::max);
+        let unknown = chosen.iter().map(|&k| open[k].leaf.unknown());
+        let largest = unknown.fold(0.0, f64::max);
         let of = Axis {
             expression: self.expression,
             axis: *axis,
@@ -581,18 +582,19 @@ impl Domain<'_> {
         };
         let ends = |[a, b, c]: [u64; 3]| [[a, b], [b, c]];
         let sides = different(corners.iter().copied().flat_map(ends).collect());
-        let parts: HashMap<[u64; 2], Option<Vec<Part>>> = sides
-            .into_par_iter()
-            .map(|side| cancel::check().map(|()| (side, of.parts(side.map(f64::from_bits)))))
-            .collect::<Result<_>>()?;
-        let found = corners.into_par_iter().filter_map(|corners| {
+        let parts = parallel::map(sides, |side| {
+            cancel::check().map(|()| (side, of.parts(side.map(f64::from_bits))))
+        });
+        let parts: HashMap<[u64; 2], Option<Vec<Part>>> =
+            parts.into_iter().collect::<Result<_>>()?;
+        let found = parallel::map(corners, |corners| {
             let sides = ends(corners).map(|ends| parts[&ends].as_deref());
             let [Some(first), Some(last)] = sides else {
                 return None;
             };
             Some((corners, along(corners.map(f64::from_bits), [first, last])?))
         });
-        Ok(found.collect())
+        Ok(found.into_iter().flatten().collect())
     }
 
     /// The model along one axis, where it is much better than what a triangle has: it is not cut then.

@@ -42,7 +42,6 @@ mod tree;
 
 use std::borrow::Cow;
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::assembly::combine;
@@ -55,6 +54,7 @@ use cut_off::CutOff;
 pub use data::PreparedData;
 use data::Traction;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::parallel;
 use flux::Fluxes;
 use goal::Known;
 pub use numbers::{Numbers, OfPart};
@@ -279,8 +279,7 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
         .collect();
     // ‖Q‖_κ
     let [_, mut unknown] = solver.majorant(&errors, &on_neumann)?;
-    let pairs = unknown.par_iter_mut().zip(&cells);
-    pairs.for_each(|(q, cell)| *q = up(*q, cell.spread));
+    parallel::update(&mut unknown, |cell, q| up(q, cells[cell].spread));
     let mut oscillations: Vec<f64> = cells.iter().map(|cell| cell.oscillation).collect();
     for traction in &data.tractions {
         let oscillation = &mut oscillations[traction.cell];
@@ -385,20 +384,17 @@ pub fn distance(spaces: [&Space; 2], fields: [&[f64]; 2]) -> f64 {
     let mesh = spaces[0].mesh;
     let degree = spaces.map(|space| space.element.degree());
     let rule = quadrature::exact(mesh.dim, 2 * (degree[0].max(degree[1]) - 1));
-    let squares: Vec<f64> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| {
-            let geometry = mesh.geometry(cell);
-            let slope = |k: usize, lambda: &[f64; 4]| {
-                let local = spaces[k].local(cell, fields[k]);
-                combine(&spaces[k].gradients(&geometry, lambda), &local)
-            };
-            let terms = rule.iter().map(|(lambda, weight)| {
-                weight * (slope(0, &lambda) - slope(1, &lambda)).norm_squared()
-            });
-            geometry.measure() * terms.sum::<f64>()
-        })
-        .collect();
+    let squares = parallel::collect(mesh.cell_count(), |cell| {
+        let geometry = mesh.geometry(cell);
+        let slope = |k: usize, lambda: &[f64; 4]| {
+            let local = spaces[k].local(cell, fields[k]);
+            combine(&spaces[k].gradients(&geometry, lambda), &local)
+        };
+        let terms = rule.iter().map(|(lambda, weight)| {
+            weight * (slope(0, &lambda) - slope(1, &lambda)).norm_squared()
+        });
+        geometry.measure() * terms.sum::<f64>()
+    });
     norm(squares.into_iter())
 }
 

@@ -14,8 +14,6 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
-
 use super::jump;
 use super::line::{Carried, Lines};
 use super::polynomial::{AT_FIRST, polynomial};
@@ -29,6 +27,7 @@ use crate::scene::expression::{
 };
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::parallel;
 
 /// Where an expression is modelled: simplices of dimension `dim` in a space of `space` dimensions.
 pub(super) struct Domain<'a> {
@@ -104,18 +103,19 @@ impl Domain<'_> {
         let (count, axes) = (self.measures.len(), self.axes());
         // Cells have models along one axis in common: the fewer tasks, the more.
         let least = if axes.len() == 1 { TOGETHER } else { 1 };
-        let mut trees: Vec<Tree> = (0..count)
-            .into_par_iter()
-            .with_min_len(least)
-            .map_init(Boxes::default, |boxes, k| {
+        let trees = parallel::chunks(count, parallel::share(count).max(least), |chunk| {
+            let mut boxes = Boxes::default();
+            let tree = |k| {
                 cancel::check()?;
-                let whole = self.model((k, &WHOLE, 1.0), AT_FIRST, &axes, boxes);
+                let whole = self.model((k, &WHOLE, 1.0), AT_FIRST, &axes, &mut boxes);
                 Ok(Tree {
                     whole,
                     ..Tree::default()
                 })
-            })
-            .collect::<Result<_>>()?;
+            };
+            chunk.map(tree).collect()
+        });
+        let mut trees: Vec<Tree> = trees.into_iter().collect::<Result<_>>()?;
         let is_enough = |total: f64, square: f64| total <= effort.tolerance * square.sqrt();
         let all = || trees.iter().zip(&self.measures);
         // Mostly that is all: there is no need to keep every simplex open.
@@ -159,12 +159,10 @@ impl Domain<'_> {
             let aim = 0.5 * effort.tolerance * square.sqrt() / measure;
             let of_jump = OF_JUMPS * effort.tolerance * square.sqrt() / jumps;
             let lines = self.lines(&open, &chosen, &axes, aim)?;
-            let improved: Vec<Improved> = chosen
-                .par_iter()
-                .map_init(Boxes::default, |boxes, &k| {
-                    cancel::check().map(|()| self.improved(&open[k], &axes, &lines, of_jump, boxes))
-                })
-                .collect::<Result<_>>()?;
+            let improved = parallel::map_with(Boxes::default, &chosen, |boxes, &k| {
+                cancel::check().map(|()| self.improved(&open[k], &axes, &lines, of_jump, boxes))
+            });
+            let improved: Vec<Improved> = improved.into_iter().collect::<Result<_>>()?;
             for (k, improved) in chosen.into_iter().zip(improved) {
                 let leaf = &mut open[k];
                 let tree = &mut trees[leaf.simplex];

@@ -19,7 +19,7 @@ use crate::contact::Problem;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 
 /// What v stays below ψ for rounding alone, relative to the largest |ψ| on the face.
 const ROUNDING: f64 = 1e-12;
@@ -87,10 +87,11 @@ pub(super) fn obstacles(
         tolerance: 1e-6,
         budget: PER_FACE * problem.contact.len() + MORE,
     })?;
-    trees.par_iter_mut().enumerate().try_for_each(|(k, tree)| {
+    let straightened = parallel::map(trees.iter_mut().enumerate(), |(k, tree)| {
         domain.straighten(k, tree, CUTS[mesh.dim - 2]);
         cancel::check()
-    })?;
+    });
+    straightened.into_iter().collect::<Result<()>>()?;
     let (mut obstacles, mut lifts) = (Vec::new(), Vec::new());
     for (contact, tree) in problem.contact.iter().zip(&trees) {
         let face = mesh.face(contact.face);

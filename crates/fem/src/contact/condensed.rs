@@ -13,8 +13,6 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use super::condition::Condition;
 use super::form::Problem;
 use super::scheme::{Scheme, clear_rows};
@@ -24,6 +22,7 @@ use crate::linear::{
     clear, condense,
 };
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::parallel;
 
 /// Vectors of this scheme hold the free dofs of K, ascending, and then those of K on Γ_D.
 pub(super) struct Condensed<'a> {
@@ -449,7 +448,7 @@ impl System for Condensed<'_> {
         let minus: Vec<f64> = delta[..self.load.len()].iter().map(|d| -d).collect();
         clear(&mut r);
         self.factor.expand(reduced, &minus, &mut r);
-        r.par_iter_mut().for_each(|step| *step = -*step);
+        parallel::update(&mut r, |_, step| -step);
         Ok(r)
     }
 }

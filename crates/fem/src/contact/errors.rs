@@ -1,7 +1,6 @@
 //! The error of a discrete solution where the exact one is known.
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::assembly::combine;
 use crate::element::Space;
@@ -9,6 +8,7 @@ use crate::quadrature::{self, Piece, Rule, WHOLE, parts};
 use crate::scene::Expression;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::CellGeometry;
+use faceoff_mesh::parallel;
 
 /// Errors relative to the norms of u.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -47,18 +47,16 @@ pub fn errors(space: &Space, u: &[f64], exact: &Expression) -> Result<Errors> {
             local: space.local(cell, u),
         })
         .collect();
-    let coarse: Vec<Squares> = integrands.par_iter().map(|i| i.over(&WHOLE, 1.0)).collect();
+    let coarse = parallel::collect(integrands.len(), |cell| integrands[cell].over(&WHOLE, 1.0));
     let total = coarse.iter().fold(ZERO, |a, b| plus(a, *b));
     // Errors that are rounding have no accuracy to be refined to.
     let norms = [total[2], total[3], total[2], total[3]];
     let share: Squares = std::array::from_fn(|k| {
         (ACCURACY * total[k]).max(ROUNDING * norms[k]) / coarse.len().max(1) as f64
     });
-    let fine: Vec<Squares> = integrands
-        .par_iter()
-        .zip(coarse)
-        .map(|(integrand, coarse)| integrand.refined(&WHOLE, 1.0, coarse, &share, DEEPEST))
-        .collect();
+    let fine = parallel::collect(integrands.len(), |cell| {
+        integrands[cell].refined(&WHOLE, 1.0, coarse[cell], &share, DEEPEST)
+    });
     let fine = fine.iter().fold(ZERO, |a, b| plus(a, *b));
     if fine.iter().any(|square| !square.is_finite()) {
         return Err(Error::Solver {

@@ -2,8 +2,6 @@
 
 use std::sync::{Arc, OnceLock};
 
-use rayon::prelude::*;
-
 use super::condition::Condition;
 use super::discretisation::Discretisation;
 use super::face::ContactFace;
@@ -17,6 +15,7 @@ use crate::quadrature::Rule;
 use crate::scene::{HRule, Part, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
+use faceoff_mesh::parallel;
 
 /// The discrete problem: find u_h with A_h(u_h; v) = L(v) for all v that vanish on Γ_D, (3.1).
 pub struct Problem<'a> {
@@ -126,10 +125,7 @@ impl<'a> Problem<'a> {
         load: Vec<f64>,
     ) -> Result<Self> {
         let body = |cell| self.bodies.0[self.space.cell_dofs(cell)[0] as usize];
-        let body_of = (0..space.mesh.cell_count())
-            .into_par_iter()
-            .map(body)
-            .collect();
+        let body_of = parallel::collect(space.mesh.cell_count(), body);
         let (parts, components) = (self.parts.clone(), (body_of, self.bodies.1));
         let mut problem = Problem::with_load(
             self.scene,
@@ -182,10 +178,11 @@ impl<'a> Problem<'a> {
         let mut contact = Vec::new();
         let largest = match discretisation.h {
             HRule::Local => 0.0,
-            HRule::Global => (0..mesh.cell_count())
-                .into_par_iter()
-                .map(|cell| mesh.geometry(cell).diameter)
-                .reduce(|| 0.0, f64::max),
+            HRule::Global => {
+                let diameter = |cell| mesh.geometry(cell).diameter;
+                let diameters = parallel::collect(mesh.cell_count(), diameter);
+                diameters.into_iter().fold(0.0, f64::max)
+            }
         };
         for (face, part) in parts.iter().enumerate() {
             match part {

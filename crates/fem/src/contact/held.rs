@@ -2,7 +2,7 @@
 
 use std::ops::Index;
 
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 
 /// g at the dofs on Γ_D, a small part of all: indexed by dof, it is `None` elsewhere.
 #[derive(Debug, Clone)]
@@ -66,8 +66,9 @@ impl Held {
 
     /// What `of` is for each dof, on all cores, by whether it is held.
     pub(super) fn map<T: Send>(&self, of: impl Fn(bool) -> T + Sync) -> Vec<T> {
-        let all = self.is_held.par_iter().with_min_len(1 << 14);
-        all.map(|held| of(*held)).collect()
+        parallel::chunks(self.len(), 1 << 14, |chunk| {
+            self.is_held[chunk].iter().map(|held| of(*held)).collect()
+        })
     }
 
     /// Each dof, with g on Γ_D.

@@ -12,8 +12,6 @@
 
 use std::cell::{Cell, RefCell};
 
-use rayon::prelude::*;
-
 use super::condition::Condition;
 use super::layer::Layer;
 use super::scheme::Scheme;
@@ -25,6 +23,7 @@ use crate::linear::{
 };
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::parallel;
 
 /// Most iterations for one step of Newton's method.
 const STEPS: usize = 400;
@@ -34,6 +33,8 @@ const MEDIUM: f64 = 1e-4;
 const FINE: f64 = 1e-10;
 /// Systems of so few unknowns are always solved to the last: digits cost less than another step.
 const FEW: usize = 2000;
+/// Numbers that one task compares.
+const CHUNK: usize = 1 << 13;
 
 /// Vectors of this system hold all dofs.
 pub(super) struct Krylov<'a> {
@@ -228,10 +229,15 @@ impl Krylov<'_> {
     /// not matter on the way, and the last step takes the residual from the cells. The same u is asked for again and again.
     fn with_product<T>(&self, u: &[f64], take: impl FnOnce(&[f64], &[f64]) -> T) -> T {
         let [v, y] = &mut *self.last.borrow_mut();
-        let dofs = self.free.dofs.par_iter().with_min_len(1 << 12);
-        let is_last = |(&dof, v): (&u32, &f64)| u[dof as usize] == *v;
-        if v.len() < dofs.len() || !dofs.clone().zip(&*v).all(is_last) {
-            dofs.map(|&dof| u[dof as usize]).collect_into_vec(v);
+        let dofs = &self.free.dofs;
+        let chunks = dofs.chunks(CHUNK).zip(v.chunks(CHUNK));
+        let is_last = parallel::map(chunks, |(dofs, v)| {
+            let mut pairs = dofs.iter().zip(v);
+            pairs.all(|(&dof, v)| u[dof as usize] == *v)
+        });
+        if v.len() < dofs.len() || is_last.contains(&false) {
+            v.resize(dofs.len(), 0.0);
+            parallel::update(v, |k, _| u[dofs[k] as usize]);
             y.resize(v.len(), 0.0);
             self.multiply(v, y);
         }
@@ -258,15 +264,20 @@ impl Krylov<'_> {
 
     /// Numbers at all dofs, 0 on Γ_D.
     fn at_all(&self, of_free: impl Fn(usize) -> f64 + Sync) -> Vec<f64> {
-        let numbers = self.free.number.par_iter().with_min_len(1 << 12);
-        let values = numbers.map(|number| number.map_or(0.0, |k| of_free(k as usize)));
-        values.collect()
+        let number = &self.free.number;
+        let mut values = vec![0.0; number.len()];
+        parallel::update(&mut values, |dof, _| {
+            number[dof].map_or(0.0, |k| of_free(k as usize))
+        });
+        values
     }
 
     /// Numbers made of those at the free dofs.
     fn at_free(&self, of_all: &[f64], of: impl Fn(f64) -> f64 + Sync) -> Vec<f64> {
-        let dofs = self.free.dofs.par_iter().with_min_len(1 << 12);
-        dofs.map(|&dof| of(of_all[dof as usize])).collect()
+        let dofs = &self.free.dofs;
+        let mut values = vec![0.0; dofs.len()];
+        parallel::update(&mut values, |k, _| of(of_all[dofs[k] as usize]));
+        values
     }
 
     /// δ with at most `wanted` of the residual left, or `least`.

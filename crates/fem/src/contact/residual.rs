@@ -1,10 +1,10 @@
 //! Any field put into the scheme: what each row leaves, which terms the row is made of, and how it would change with γ
 //! on a face or with the contact status at a point.
 
-use rayon::prelude::*;
-
 use super::condition::Condition;
 use super::form::Problem;
+use crate::linear::add;
+use faceoff_mesh::parallel;
 
 /// Rows that one task looks at.
 const CHUNK: usize = 1 << 14;
@@ -58,8 +58,8 @@ impl Rows {
                 worse(worst, (self.error(row), Some(row)))
             })
         };
-        let chunks = self.residual.par_chunks(CHUNK).enumerate();
-        chunks.map(of_chunk).reduce(|| none, worse)
+        let chunks = parallel::map(self.residual.chunks(CHUNK).enumerate(), of_chunk);
+        chunks.into_iter().fold(none, worse)
     }
 }
 
@@ -74,8 +74,7 @@ impl Problem<'_> {
     /// have the same form with functionals of their own, [`Condition`].
     pub fn residual(&self, u: &[f64]) -> Vec<f64> {
         let mut r = self.stiffness.times(u);
-        let without_load = r.par_iter_mut().zip(&self.load);
-        without_load.for_each(|(r, b)| *r -= b);
+        add(&mut r, &self.load, -1.0);
         for condition in &self.conditions {
             condition.add_to(u, &mut r);
         }
@@ -113,8 +112,7 @@ impl Problem<'_> {
                     * (law * condition.test(j).abs() + flux * condition.flux_test(j).abs());
             }
         }
-        let with_load = size.par_iter_mut().zip(&self.load);
-        with_load.for_each(|(size, load)| *size += load.abs());
+        parallel::update(&mut size, |row, size| size + self.load[row].abs());
         let highest = self.largest_in_bodies(|row| Some(u[row].abs()));
         let largest = self.largest_in_bodies(|row| self.is_free(row).then(|| size[row]));
         // What is that small beside the largest is what rounding has left of 0.
@@ -129,8 +127,7 @@ impl Problem<'_> {
                 None => scale(size, largest[body]).max(1e-3 * stiffest[body]),
             }
         };
-        let rows = size.par_iter_mut().enumerate();
-        rows.for_each(|(i, size)| *size = of_row(i, *size));
+        parallel::update(&mut size, of_row);
         Rows {
             residual: self.residual(u),
             scale: size,
@@ -144,9 +141,9 @@ impl Problem<'_> {
     /// The largest number of each connected part, 0 where there is none.
     fn largest_in_bodies(&self, of_row: impl Fn(usize) -> Option<f64> + Sync) -> Vec<f64> {
         let (bodies, count) = &self.bodies;
-        let none = || vec![0.0_f64; *count];
+        let none = vec![0.0_f64; *count];
         let of_chunk = |(chunk, bodies): (usize, &[u32])| {
-            let mut largest = none();
+            let mut largest = none.clone();
             for (row, &body) in (chunk * CHUNK..).zip(bodies) {
                 let largest = &mut largest[body as usize];
                 *largest = largest.max(of_row(row).unwrap_or(0.0));
@@ -157,8 +154,8 @@ impl Problem<'_> {
             a.iter_mut().zip(b).for_each(|(a, b)| *a = a.max(b));
             a
         };
-        let chunks = bodies.par_chunks(CHUNK).enumerate();
-        chunks.map(of_chunk).reduce(none, both)
+        let chunks = parallel::map(bodies.chunks(CHUNK).enumerate(), of_chunk);
+        chunks.into_iter().reduce(both).unwrap_or(none)
     }
 
     /// Each row split into its [`Term`]s but the last, whose sum is the residual; 0 on Γ_D.

@@ -20,7 +20,8 @@ use super::face::ContactFace;
 use super::form::Problem;
 use super::law::Law;
 use super::system::Weights;
-use rayon::prelude::*;
+use crate::linear;
+use faceoff_mesh::parallel;
 
 pub(super) struct Scheme<'a> {
     pub problem: &'a Problem<'a>,
@@ -57,8 +58,9 @@ impl<'a> Scheme<'a> {
 
     /// L(φ_i) less what the conditions take of it, all dofs.
     pub fn load(&self) -> Vec<f64> {
-        let load = &self.problem.load;
-        let mut load: Vec<f64> = load.par_iter().with_min_len(1 << 14).copied().collect();
+        let given = &self.problem.load;
+        let mut load = vec![0.0; given.len()];
+        parallel::update(&mut load, |dof, _| given[dof]);
         for &(dof, change) in &self.changes {
             load[dof as usize] += change;
         }
@@ -83,8 +85,7 @@ impl<'a> Scheme<'a> {
         add: impl Fn(usize, &Condition, &mut [f64]),
     ) -> Vec<f64> {
         let mut r = product;
-        let with_load = r.par_iter_mut().zip(&self.problem.load);
-        with_load.with_min_len(1 << 14).for_each(|(r, b)| *r -= b);
+        linear::add(&mut r, &self.problem.load, -1.0);
         for &(dof, change) in &self.changes {
             r[dof as usize] -= change;
         }

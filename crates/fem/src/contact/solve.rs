@@ -12,9 +12,9 @@ use super::scheme::Scheme;
 use super::sensitivity::{for_each_contact_term, moved_by_rounding};
 use super::solution::{Ended, Solution, Stop, Timings};
 use super::system::{Energy, System, Weights, largest, plus};
-use crate::linear::{Choice, Precision, Settings, Solver};
+use crate::linear::{Choice, Precision, Settings, Solver, add};
 use faceoff_mesh::error::{Error, Result};
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 
 /// A residual is rounding when two steps in a row leave not more than this, relative to the
 /// largest terms.
@@ -296,12 +296,11 @@ fn nested_start(
         Err(other) => return Err(other),
     };
     let mut u = vec![0.0; problem.space.dofs];
-    let dofs = u.par_iter_mut().enumerate().with_min_len(1 << 12);
-    dofs.for_each(|(dof, u)| {
+    parallel::update(&mut u, |dof, _| {
         let of_vertices = problem.space.vertex_values(dof);
-        *u = of_vertices
+        of_vertices
             .map(|(k, value)| value * found[k as usize])
-            .sum();
+            .sum()
     });
     for (dof, g) in problem.dirichlet.given() {
         u[dof] = g;
@@ -379,8 +378,7 @@ pub(super) fn take_step(scheme: &dyn System, laws: &[Weights], u: &mut [f64]) ->
     let rows = scheme.scheme();
     let r = rows.linear_residual(rows.problem.stiffness.times(u), laws, u);
     let step = scheme.step_everywhere(laws, r)?;
-    let entries = u.par_iter_mut().zip(&step).with_min_len(1 << 14);
-    entries.for_each(|(u, d)| *u += d);
+    add(u, &step, 1.0);
     let size = largest(u);
     Ok(if size > 0.0 {
         largest(&step) / size

@@ -4,7 +4,7 @@ use super::condition::Condition;
 use super::scheme::Scheme;
 use crate::linear::Choice;
 use faceoff_mesh::error::Result;
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 
 /// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
 pub(super) type Weights = [f64; 2];
@@ -42,8 +42,8 @@ impl Energy {
             terms.map(|(k, v)| product(k) / unit * (v / unit)).sum()
         };
         // Summed in the order of the chunks, whatever the number of cores.
-        let chunks = v.par_chunks(CHUNK).enumerate().map(of_chunk);
-        let sum: f64 = chunks.collect::<Vec<f64>>().iter().sum();
+        let parts = parallel::map(v.chunks(CHUNK).enumerate(), of_chunk);
+        let sum: f64 = parts.iter().sum();
         let value = (sum + rest / unit / unit).max(0.0);
         Energy { unit, value }
     }
@@ -137,16 +137,17 @@ const CHUNK: usize = 1 << 14;
 
 /// a + b
 pub(super) fn plus(a: &[f64], b: &[f64]) -> Vec<f64> {
-    let pairs = a.par_iter().zip(b).with_min_len(CHUNK);
-    pairs.map(|(a, b)| a + b).collect()
+    let mut sum = vec![0.0; a.len()];
+    parallel::update(&mut sum, |k, _| a[k] + b[k]);
+    sum
 }
 
 /// The largest |v_i|; NaN where there is one.
 pub(super) fn largest(v: &[f64]) -> f64 {
     let larger = |m: f64, v: f64| if m >= v || m.is_nan() { m } else { v };
     let of_some = |v: &[f64]| v.iter().fold(0.0, |m, v| larger(m, v.abs()));
-    let parts = v.par_chunks(CHUNK).map(of_some);
-    parts.reduce(|| 0.0, larger)
+    let parts = parallel::map(v.chunks(CHUNK), of_some);
+    parts.into_iter().fold(0.0, larger)
 }
 
 #[cfg(test)]

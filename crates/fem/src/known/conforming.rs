@@ -1,12 +1,11 @@
 //! The errors of a conforming solution against the mesh-free one.
 
-use rayon::prelude::*;
-
 use super::nonconforming::{pieces, square_on_cell, transitions};
 use crate::contact::{Errors, Problem, Quantities};
 use crate::element::Space;
 use crate::quadrature::{self, Piece, Rule, WHOLE, cut, longest_edge};
 use crate::truth::Reference;
+use faceoff_mesh::parallel;
 
 /// What is left of the squares whose difference is an error, relative to them: the truth has 13 digits, (f, U) as many.
 const ROUNDING: f64 = 1e-12;
@@ -23,10 +22,9 @@ pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Ref
     let space = &problem.space;
     let mesh = space.mesh;
     let gauss = quadrature::exact(1, 9);
-    let products: Vec<[f64; 2]> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| load_on_cell(space, u, truth, &gauss, cell))
-        .collect();
+    let products = parallel::collect(mesh.cell_count(), |cell| {
+        load_on_cell(space, u, truth, &gauss, cell)
+    });
     let [mut product, size] = products
         .iter()
         .fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
@@ -54,10 +52,9 @@ pub fn fine_errors(problem: &Problem, u: &[f64], norms: &Quantities, truth: &Ref
     let rounding = ROUNDING * (truth.grad_norm_sq + norms.grad_norm_sq + 2.0 * size);
     let square = truth.grad_norm_sq + norms.grad_norm_sq - 2.0 * product;
     let rule = quadrature::exact(2, 5);
-    let squares: Vec<f64> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| square_on_cell(space, u, truth, &rule, cell))
-        .collect();
+    let squares = parallel::collect(mesh.cell_count(), |cell| {
+        square_on_cell(space, u, truth, &rule, cell)
+    });
     Errors {
         h1: (square.max(rounding) / truth.grad_norm_sq).sqrt(),
         l2: squares.iter().sum::<f64>().sqrt() / truth.l2_norm,
@@ -139,27 +136,23 @@ mod tests {
                 .u;
             let found = fine_errors(&problem, &u, &quantities(&problem, &u), &truth);
             let space = &problem.space;
-            let squares: Vec<f64> = (0..mesh.cell_count())
-                .into_par_iter()
-                .map(|cell| {
-                    let geometry = mesh.geometry(cell);
-                    let local = space.local(cell, &u);
-                    let mut sum = 0.0;
-                    for piece in &pieces {
-                        for (inner, weight) in rule.iter() {
-                            let lambda: [f64; 4] = std::array::from_fn(|i| {
-                                (0..3).map(|k| inner[k] * piece[k][i]).sum()
-                            });
-                            let [x, y, _] = geometry.point(&lambda);
-                            let [gx, gy] = truth.grad(x, y);
-                            let slopes = space.gradients(&geometry, &lambda);
-                            let slope: Vector3<f64> = crate::contact::gradient(&slopes, &local);
-                            sum += weight * ((gx - slope[0]).powi(2) + (gy - slope[1]).powi(2));
-                        }
+            let squares = parallel::collect(mesh.cell_count(), |cell| {
+                let geometry = mesh.geometry(cell);
+                let local = space.local(cell, &u);
+                let mut sum = 0.0;
+                for piece in &pieces {
+                    for (inner, weight) in rule.iter() {
+                        let lambda: [f64; 4] =
+                            std::array::from_fn(|i| (0..3).map(|k| inner[k] * piece[k][i]).sum());
+                        let [x, y, _] = geometry.point(&lambda);
+                        let [gx, gy] = truth.grad(x, y);
+                        let slopes = space.gradients(&geometry, &lambda);
+                        let slope: Vector3<f64> = crate::contact::gradient(&slopes, &local);
+                        sum += weight * ((gx - slope[0]).powi(2) + (gy - slope[1]).powi(2));
                     }
-                    geometry.measure() * sum / pieces.len() as f64
-                })
-                .collect();
+                }
+                geometry.measure() * sum / pieces.len() as f64
+            });
             let direct = (squares.iter().sum::<f64>() / truth.grad_norm_sq).sqrt();
             assert!(
                 (found.h1 / direct - 1.0).abs() < 1e-3,

@@ -10,12 +10,12 @@
 //! No gradient of u is needed, nor any quadrature near its singularities: only its means on faces, and ‖∇u‖.
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::contact::{Errors, gradient};
 use crate::element::Space;
 use crate::quadrature::{self, Rule};
 use crate::truth::Reference;
+use faceoff_mesh::parallel;
 
 /// What errors are taken to.
 pub trait Function: Sync {
@@ -34,29 +34,23 @@ pub trait Function: Sync {
 /// L² by the rule of degree 5 on each cell: u - u_h is close to quadratic there, whose square has degree 4.
 pub fn distance(space: &Space, u_h: &[f64], u: &dyn Function) -> Errors {
     let mesh = space.mesh;
-    let means: Vec<f64> = (0..mesh.face_count())
-        .into_par_iter()
-        .map(|face| {
-            let [a, b] = [0, 1].map(|k| mesh.points[mesh.face(face)[k] as usize]);
-            u.mean([a[0], a[1]], [b[0], b[1]])
-        })
-        .collect();
+    let means = parallel::collect(mesh.face_count(), |face| {
+        let [a, b] = [0, 1].map(|k| mesh.points[mesh.face(face)[k] as usize]);
+        u.mean([a[0], a[1]], [b[0], b[1]])
+    });
     let rule = quadrature::exact(2, 5);
     // Collected before they are summed, so that the sum does not depend on the number of threads.
-    let cells: Vec<[f64; 3]> = (0..mesh.cell_count())
-        .into_par_iter()
-        .map(|cell| {
-            let geometry = mesh.geometry(cell);
-            let slopes = space.gradients(&geometry, &[0.0; 4]);
-            let local = space.local(cell, u_h);
-            let interpolant: Vector3<f64> = gradient(&slopes, &space.local(cell, &means));
-            let distance = interpolant - gradient(&slopes, &local);
-            let [of_interpolant, of_distance] =
-                [interpolant, distance].map(|slope| geometry.measure() * slope.norm_squared());
-            let square = square_on_cell(space, u_h, u, &rule, cell);
-            [of_interpolant, of_distance, square]
-        })
-        .collect();
+    let cells = parallel::collect(mesh.cell_count(), |cell| {
+        let geometry = mesh.geometry(cell);
+        let slopes = space.gradients(&geometry, &[0.0; 4]);
+        let local = space.local(cell, u_h);
+        let interpolant: Vector3<f64> = gradient(&slopes, &space.local(cell, &means));
+        let distance = interpolant - gradient(&slopes, &local);
+        let [of_interpolant, of_distance] =
+            [interpolant, distance].map(|slope| geometry.measure() * slope.norm_squared());
+        let square = square_on_cell(space, u_h, u, &rule, cell);
+        [of_interpolant, of_distance, square]
+    });
     let [interpolant, distance, square] = cells.iter().fold([0.0; 3], |sum, cell| {
         std::array::from_fn(|k| sum[k] + cell[k])
     });

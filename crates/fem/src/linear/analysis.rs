@@ -10,15 +10,15 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use rayon::prelude::*;
-
-use super::bisection::{Part, Tree};
+use super::bisection::Tree;
 use super::frontier::{self, Counts, STEPS, cholesky};
 use super::lu_plan::LuPlan;
 use super::plan::{Numbering, Plan};
 use super::schur::Entry;
 use super::{Elements, Role};
 use faceoff_mesh::counting::sort_by_key;
+use faceoff_mesh::parallel;
+use rayon::prelude::*;
 
 const NONE: u32 = u32::MAX;
 /// Seconds of one core, fitted as [`Analysis::seconds`] says.
@@ -56,26 +56,21 @@ impl Analysis {
     /// nothing else is kept.
     pub fn new(elements: &impl Elements, roles: &[Role], ties: &[&[u32]], is_whole: bool) -> Self {
         // What is done with each element: eliminated with any of its unknowns, or else kept with one.
-        let of_elements: Vec<Role> = (0..elements.count())
-            .into_par_iter()
-            .with_min_len(TASK)
-            .map(|e| {
-                let mut of_unknowns = elements.of(e).iter().map(|&k| roles[k as usize]);
-                if of_unknowns.clone().any(|role| role == Role::Eliminated) {
-                    Role::Eliminated
-                } else {
-                    of_unknowns
-                        .find(|role| *role == Role::Kept)
-                        .unwrap_or(Role::Fixed)
-                }
-            })
-            .collect();
+        let of_element = |e: usize| {
+            let mut of_unknowns = elements.of(e).iter().map(|&k| roles[k as usize]);
+            if of_unknowns.clone().any(|role| role == Role::Eliminated) {
+                Role::Eliminated
+            } else {
+                of_unknowns
+                    .find(|role| *role == Role::Kept)
+                    .unwrap_or(Role::Fixed)
+            }
+        };
+        let of_elements = parallel::chunks(elements.count(), TASK, |chunk| {
+            chunk.map(of_element).collect()
+        });
         let is_inside = |e: u32| of_elements[e as usize] == Role::Eliminated;
-        let members: Vec<u32> = (0..elements.count() as u32)
-            .into_par_iter()
-            .with_min_len(TASK)
-            .filter(|&e| of_elements[e as usize] != Role::Fixed)
-            .collect();
+        let members = numbers_of(elements.count(), |e| of_elements[e] != Role::Fixed);
         let tree = Tree::new(&members, |e| elements.centre(e as usize));
         let positions = inverse(&[&tree.order], elements.count());
         let (first_at, last_at) = spans(elements, &positions, roles);
@@ -90,10 +85,9 @@ impl Analysis {
         };
         let mut counts = Counts::new(tree.parts.len());
         let mut near = Vec::new();
-        let unknowns = || (0..roles.len()).into_par_iter().with_min_len(TASK);
         if roles.contains(&Role::Kept) && !is_whole {
-            let is_counted = |&k: &usize| roles[k] == Role::Kept && !is_private(k);
-            let to_keep: Vec<usize> = unknowns().filter(is_counted).collect();
+            let is_counted = |k: usize| roles[k] == Role::Kept && !is_private(k);
+            let to_keep = numbers_of(roles.len(), is_counted);
             let places = Places {
                 positions: &positions,
                 owners: &owners,
@@ -105,12 +99,12 @@ impl Analysis {
         drop(positions);
         let open = frontier::open(&tree, &counts, &near, &above);
         let is_above = |owner: u32| owner != NONE && open[owner as usize];
-        let is_kept = |&k: &usize| match roles[k] {
+        let is_kept = |k: usize| match roles[k] {
             Role::Fixed => false,
             Role::Kept => true,
             Role::Eliminated => is_above(owners[k]),
         };
-        let kept: Vec<u32> = unknowns().filter(is_kept).map(|k| k as u32).collect();
+        let kept = numbers_of(roles.len(), is_kept);
         // What is kept, by the front that eliminates it: alone by its element, or by a part.
         let (mut alone, mut of_parts) = (Vec::new(), Vec::new());
         for (number, &k) in (0..).zip(&kept) {
@@ -130,17 +124,12 @@ impl Analysis {
             }
         }
         let groups = [grouped(alone), grouped(of_parts)].concat();
-        let positions = || {
-            (0..tree.order.len() as u32)
-                .into_par_iter()
-                .with_min_len(TASK)
-        };
-        let aside_at: Vec<u32> = positions()
-            .filter(|&position| !is_inside(tree.order[position as usize]))
-            .collect();
+        let aside_at = numbers_of(tree.order.len(), |at| !is_inside(tree.order[at]));
         let aside: Vec<u32> = aside_at.iter().map(|&at| tree.order[at as usize]).collect();
-        let inside = tree.order.par_iter().with_min_len(TASK).copied();
-        let inside: Vec<u32> = inside.filter(|&e| is_inside(e)).collect();
+        let inside = parallel::chunks(tree.order.len(), TASK, |chunk| {
+            let elements = tree.order[chunk].iter().copied();
+            elements.filter(|&e| is_inside(e)).collect()
+        });
         let (firsts, order) = sort_by_key(&owners, tree.parts.len());
         let numbers = inverse(&[&order, &kept], roles.len());
         let numbering = Numbering {
@@ -163,16 +152,13 @@ impl Analysis {
         let mut roots: Vec<usize> = halves.chain(tree.parts.len().checked_sub(1)).collect();
         roots.retain(|&k| !open[k] && !numbering.inside_of(k).is_empty());
         roots.sort_unstable();
-        let blocks: Vec<(Plan, Vec<u32>)> = roots
-            .into_par_iter()
-            .map(|root| {
-                let (plan, mut border) = numbering.plan(root);
-                border
-                    .iter_mut()
-                    .for_each(|place| *place -= order.len() as u32);
-                (plan, border)
-            })
-            .collect();
+        let blocks = parallel::map(roots, |root| {
+            let (plan, mut border) = numbering.plan(root);
+            border
+                .iter_mut()
+                .for_each(|place| *place -= order.len() as u32);
+            (plan, border)
+        });
         let place = |k: &u32| kept.binary_search(k).ok().map(|place| place as u32);
         let places = |unknowns: &[u32]| unknowns.iter().filter_map(place).collect();
         let of_elements = aside.iter().map(|&e| places(elements.of(e as usize)));
@@ -294,16 +280,25 @@ fn grouped(mut pairs: Vec<(u32, u32)>) -> Vec<Vec<u32>> {
         .collect()
 }
 
+/// Those of 0, 1, …, `count` - 1 that are wanted, ascending.
+fn numbers_of(count: usize, is_wanted: impl Fn(usize) -> bool + Sync) -> Vec<u32> {
+    parallel::chunks(count, TASK, |chunk| {
+        let wanted = chunk.filter(|&k| is_wanted(k));
+        wanted.map(|k| k as u32).collect()
+    })
+}
+
 /// Where each of `count` numbers stands in these lists, one after the other; none of others.
 fn inverse(lists: &[&[u32]], count: usize) -> Vec<u32> {
     // Each place is written once; atomic, as all cores write.
-    let places = (0..count).into_par_iter().with_min_len(TASK);
-    let places: Vec<AtomicU32> = places.map(|_| AtomicU32::new(NONE)).collect();
+    let places: Vec<AtomicU32> = (0..count).map(|_| AtomicU32::new(NONE)).collect();
     let mut first = 0;
     for list in lists {
-        let numbers = list.par_iter().enumerate().with_min_len(TASK);
-        numbers.for_each(|(k, &number)| {
-            places[number as usize].store((first + k) as u32, Ordering::Relaxed);
+        let tasks = (first..).step_by(TASK).zip(list.chunks(TASK));
+        parallel::map(tasks, |(first, list)| {
+            for (k, &number) in (first as u32..).zip(list) {
+                places[number as usize].store(k, Ordering::Relaxed);
+            }
         });
         first += list.len();
     }
@@ -329,9 +324,10 @@ fn spans(elements: &impl Elements, positions: &[u32], roles: &[Role]) -> (Vec<u3
         || of_all(NONE, |position, first| position < first),
         || of_all(0, |position, last| position > last),
     );
-    let all = first_at.par_iter_mut().zip(roles).with_min_len(TASK);
-    all.filter(|(_, role)| **role == Role::Fixed)
-        .for_each(|(first, _)| *first = NONE);
+    parallel::update(&mut first_at, |k, first| match roles[k] {
+        Role::Fixed => NONE,
+        _ => first,
+    });
     (first_at, last_at)
 }
 
@@ -350,24 +346,19 @@ fn owners(tree: &Tree, first_at: &[u32], last_at: &[u32]) -> (Vec<u32>, Vec<u32>
         }
     }
     // Together, as they are read together and from anywhere.
-    let of_part = |(part, &above): (&Part, &u32)| (part.to, above);
-    let parts = tree.parts.par_iter().zip(&above).with_min_len(TASK);
-    let ends: Vec<(u32, u32)> = parts.map(of_part).collect();
-    let owners = first_at
-        .par_iter()
-        .zip(last_at)
-        .with_min_len(TASK)
-        .map(|(&first, &last)| {
-            if first == NONE {
-                return NONE;
-            }
-            let mut part = leaf_at[first as usize];
-            while ends[part as usize].0 <= last {
-                part = ends[part as usize].1;
-            }
-            part
-        })
-        .collect();
+    let mut ends = vec![(0, 0); tree.parts.len()];
+    parallel::update(&mut ends, |k, _| (tree.parts[k].to, above[k]));
+    let mut owners = vec![NONE; first_at.len()];
+    parallel::update(&mut owners, |k, none| {
+        if first_at[k] == NONE {
+            return none;
+        }
+        let mut part = leaf_at[first_at[k] as usize];
+        while ends[part as usize].0 <= last_at[k] {
+            part = ends[part as usize].1;
+        }
+        part
+    });
     (owners, leaf_at, above)
 }
 
@@ -390,12 +381,12 @@ impl Places<'_> {
         elements: &impl Elements,
         tree: &Tree,
         roles: &[Role],
-        to_keep: &[usize],
+        to_keep: &[u32],
         counts: &mut Counts,
     ) -> Vec<u32> {
         let mut has_kept = vec![false; self.above.len()];
         let mut near = Vec::new();
-        for &k in to_keep {
+        for k in to_keep.iter().map(|&k| k as usize) {
             let mut part = self.owners[k];
             if part != NONE {
                 counts.kept[part as usize] += 1;
@@ -408,19 +399,18 @@ impl Places<'_> {
         }
         near.sort_unstable();
         // What is complete in other parts is on no border of these.
-        let is_seen = |k: &usize| {
-            let owner = self.owners[*k];
+        let is_seen = |k: usize| {
+            let owner = self.owners[k];
             owner != NONE && has_kept[owner as usize]
         };
-        let unknowns = (0..roles.len()).into_par_iter().with_min_len(TASK);
         let mut sees = vec![false; roles.len()];
-        for k in unknowns.filter(is_seen).collect::<Vec<usize>>() {
+        for k in numbers_of(roles.len(), is_seen) {
+            let k = k as usize;
             sees[k] = true;
             let is_eliminated = roles[k] == Role::Eliminated;
             counts.eliminated[self.owners[k] as usize] += u32::from(is_eliminated);
         }
-        let elements_seen = (0..elements.count()).into_par_iter().with_min_len(TASK);
-        let seen = elements_seen.flat_map_iter(|e| {
+        let seen = |e: usize| {
             let position = self.positions[e];
             let leaf = self.leaf_at.get(position as usize).copied();
             // What a leaf alone has is on no border.
@@ -428,8 +418,10 @@ impl Places<'_> {
                 move |k: &u32| leaf.is_some_and(|leaf| self.owners[*k as usize] != leaf);
             let seen = elements.of(e).iter().filter(|&&k| sees[k as usize]);
             seen.copied().filter(is_shared).map(move |k| (k, position))
+        };
+        let mut seen = parallel::chunks(elements.count(), TASK, |chunk| {
+            chunk.flat_map(seen).collect()
         });
-        let mut seen: Vec<(u32, u32)> = seen.collect();
         seen.par_sort_unstable();
         let mut last = (NONE, NONE);
         for (k, position) in seen {
@@ -481,9 +473,7 @@ mod tests {
         let (first_at, last_at) = spans(&grid, &positions, &roles);
         let (owners, leaf_at, above) = owners(&tree, &first_at, &last_at);
         let mut counts = Counts::new(tree.parts.len());
-        let to_keep: Vec<usize> = (0..roles.len())
-            .filter(|&u| roles[u] == Role::Kept)
-            .collect();
+        let to_keep = numbers_of(roles.len(), |u| roles[u] == Role::Kept);
         let places = Places {
             positions: &positions,
             owners: &owners,

@@ -4,7 +4,7 @@
 //! The points are sorted along each axis once, and each part keeps its points in all these orders (J. Bentley, J. Friedman,
 //! ACM Comput. Surv. 11, 1979): a cut halves the order of its own axis, and sends each point of the others to its side.
 
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 
 /// A part with at most so many points is not cut further.
 const LEAF: usize = 4;
@@ -100,10 +100,12 @@ impl UnitCube {
                 std::array::from_fn(|k| a.1[k].max(b.1[k])),
             )
         };
-        let places = members.par_iter().with_min_len(TASK).map(|&k| place(k));
-        let (low, high) = places
-            .fold(|| nothing, |all, at| join(all, (at, at)))
-            .reduce(|| nothing, join);
+        let of_some = |members: &[u32]| {
+            let places = members.iter().map(|&k| place(k));
+            places.fold(nothing, |all, at| join(all, (at, at)))
+        };
+        let found = parallel::map(members.chunks(TASK), of_some);
+        let (low, high) = found.into_iter().fold(nothing, join);
         let extent = (0..3).fold(0.0, |e: f64, k| e.max(high[k] - low[k]));
         let scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
         UnitCube { low, high, scale }
@@ -144,9 +146,11 @@ impl<const D: usize> Orders<D> {
             at: place(index),
             index,
         };
-        let spare: Vec<_> = members.par_iter().with_min_len(TASK).map(point).collect();
+        let spare = parallel::chunks(members.len(), TASK, |chunk| {
+            members[chunk].iter().map(point).collect()
+        });
         let mut orders = std::array::from_fn(|_| Vec::new());
-        orders.par_iter_mut().enumerate().for_each(|(axis, order)| {
+        parallel::map(orders.iter_mut().enumerate(), |(axis, order)| {
             order.clone_from(&spare);
             // Stable: points that do not differ are in the order of their indices.
             radsort::sort_by_key(order, |point| point.at[axis].to_bits());

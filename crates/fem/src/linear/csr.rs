@@ -3,12 +3,11 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use rayon::prelude::*;
-
 use super::Elements;
 use super::kernels::Number;
 use faceoff_mesh::counting::sort_by_key;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::parallel;
 
 /// A matrix in compressed sparse rows; the columns of a row come in any order, once each.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,14 +56,11 @@ impl Csr {
                 rows.filter_map(move |(j, k)| Some(((e * size + j) as u32, number[*k as usize]?)))
             })
         };
-        let parts = (0..count.div_ceil(part)).into_par_iter();
-        let mut next: Vec<Vec<u32>> = parts
-            .map(|k| {
-                let mut counts = vec![0; n];
-                rows_of(k).for_each(|(_, row)| counts[row as usize] += 1);
-                counts
-            })
-            .collect();
+        let mut next = parallel::map(0..count.div_ceil(part), |k| {
+            let mut counts = vec![0; n];
+            rows_of(k).for_each(|(_, row)| counts[row as usize] += 1);
+            counts
+        });
         let mut starts = vec![0u32; n + 1];
         for row in 0..n {
             let mut start = starts[row];
@@ -74,16 +70,14 @@ impl Csr {
             }
             starts[row + 1] = start;
         }
-        let places = (0..starts[n]).into_par_iter().with_min_len(CHUNK);
-        let places: Vec<AtomicU32> = places.map(|_| AtomicU32::new(0)).collect();
-        next.par_iter_mut().enumerate().for_each(|(k, next)| {
+        let places: Vec<AtomicU32> = (0..starts[n]).map(|_| AtomicU32::new(0)).collect();
+        parallel::map(next.into_iter().enumerate(), |(k, mut next)| {
             for (place, row) in rows_of(k) {
                 let at = &mut next[row as usize];
                 places[*at as usize].store(place, Ordering::Relaxed);
                 *at += 1;
             }
         });
-        drop(next);
         let places = &places;
         let of_row = |row: usize| {
             let places = places[starts[row] as usize..starts[row + 1] as usize].iter();
@@ -93,19 +87,15 @@ impl Csr {
             })
         };
         let mut diagonal = vec![0.0; n];
-        diagonal
-            .par_iter_mut()
-            .with_min_len(CHUNK)
-            .enumerate()
-            .for_each_init(
-                || vec![0.0; size],
-                |values, (row, diagonal)| {
-                    for (element, local) in of_row(row) {
-                        elements.row(element, local, values);
-                        *diagonal += values[local];
-                    }
-                },
-            );
+        parallel::map(diagonal.chunks_mut(CHUNK).enumerate(), |(k, diagonal)| {
+            let mut values = vec![0.0; size];
+            for (row, diagonal) in (k * CHUNK..).zip(diagonal) {
+                for (element, local) in of_row(row) {
+                    elements.row(element, local, &mut values);
+                    *diagonal += values[local];
+                }
+            }
+        });
         let scratch = || (vec![0.0; size], Sums::new(n));
         Ok(Csr::by_chunks(
             n,
@@ -202,11 +192,13 @@ impl Csr {
 
     /// Its values rounded, for a preconditioner.
     pub fn narrow(self) -> Csr<f32> {
+        let mut values = vec![0.0; self.values.len()];
+        parallel::update(&mut values, |k, _| self.values[k] as f32);
         Csr {
             columns: self.columns,
             starts: self.starts,
             indices: self.indices,
-            values: self.values.par_iter().map(|a| *a as f32).collect(),
+            values,
         }
     }
 
@@ -217,15 +209,14 @@ impl Csr {
 
     /// The largest Σ_j |a_ij|.
     pub fn norm(&self) -> f64 {
-        let sums = (0..self.rows()).into_par_iter();
-        sums.map(|i| self.row(i).map(|(_, a)| a.abs()).sum())
-            .reduce(|| 0.0, f64::max)
+        let sum = |i| self.row(i).map(|(_, a)| a.abs()).sum();
+        let sums = parallel::collect(self.rows(), sum);
+        sums.into_iter().fold(0.0, f64::max)
     }
 
     /// a_ii, 0 where there is none.
     pub fn diagonal(&self) -> Vec<f64> {
-        let rows = (0..self.rows()).into_par_iter();
-        rows.map(|i| self.at(i, i as u32)).collect()
+        parallel::collect(self.rows(), |i| self.at(i, i as u32))
     }
 }
 
@@ -290,24 +281,22 @@ impl<T: Number> Csr<T> {
     }
 
     /// Rows that `fill` adds to parts of the matrix, side by side, each with `scratch` that is used again.
-    pub fn by_chunks<Scratch>(
+    pub fn by_chunks<Scratch: Send>(
         rows: usize,
         columns: usize,
-        scratch: impl Fn() -> Scratch + Send + Sync,
-        fill: impl Fn(&mut Scratch, Range<usize>, &mut Self) + Send + Sync,
+        scratch: impl Fn() -> Scratch + Sync,
+        fill: impl Fn(&mut Scratch, Range<usize>, &mut Self) + Sync,
     ) -> Self {
-        let parts: Vec<Self> = (0..rows.div_ceil(CHUNK))
-            .into_par_iter()
-            .map_init(scratch, |scratch, chunk| {
-                let rows = chunk * CHUNK..((chunk + 1) * CHUNK).min(rows);
-                let mut part = Self::empty(columns);
-                part.starts.reserve(rows.len());
-                part.indices.reserve(USUAL * rows.len());
-                part.values.reserve(USUAL * rows.len());
-                fill(scratch, rows, &mut part);
-                part
-            })
-            .collect();
+        let firsts = (0..rows).step_by(CHUNK);
+        let parts: Vec<Self> = parallel::map_with(scratch, firsts, |scratch, first| {
+            let rows = first..(first + CHUNK).min(rows);
+            let mut part = Self::empty(columns);
+            part.starts.reserve(rows.len());
+            part.indices.reserve(USUAL * rows.len());
+            part.values.reserve(USUAL * rows.len());
+            fill(scratch, rows, &mut part);
+            part
+        });
         let ends: Vec<usize> = parts
             .iter()
             .scan(0, |end, part| {
@@ -322,12 +311,12 @@ impl<T: Number> Csr<T> {
             values: vec![T::ZERO; entries],
             ..Self::empty(columns)
         };
-        let starts = matrix.starts[1..].par_chunks_mut(CHUNK);
+        let starts = matrix.starts[1..].chunks_mut(CHUNK);
         let indices = split(&mut matrix.indices, ends.iter().copied());
         let values = split(&mut matrix.values, ends.iter().copied());
-        let tasks = parts.into_par_iter().zip(&ends).zip(starts);
-        let tasks = tasks.zip(indices.into_par_iter().zip(values));
-        tasks.for_each(|(((part, end), starts), (indices, values))| {
+        let tasks = parts.into_iter().zip(&ends).zip(starts);
+        let tasks = tasks.zip(indices.into_iter().zip(values));
+        parallel::map(tasks, |(((part, end), starts), (indices, values))| {
             let first = end - part.entries();
             for (start, end) in starts.iter_mut().zip(&part.starts[1..]) {
                 *start = first + end;
@@ -382,17 +371,18 @@ impl<T: Number> Csr<T> {
         let mut row_of = vec![0; self.indices.len()];
         let ends = self.starts[1..].chunks(CHUNK);
         let tasks = split(&mut row_of, ends.clone().map(|ends| ends[ends.len() - 1]));
-        let tasks = tasks.into_par_iter().zip(ends.collect::<Vec<_>>());
-        tasks.enumerate().for_each(|(chunk, (own, ends))| {
+        let tasks = tasks.into_iter().zip(ends).enumerate();
+        parallel::map(tasks, |(chunk, (own, ends))| {
             let (mut first, before) = (0, self.starts[chunk * CHUNK]);
             for (i, end) in (chunk * CHUNK..).zip(ends) {
                 own[first..end - before].fill(i as u32);
                 first = end - before;
             }
         });
-        let places = || places.par_iter().with_min_len(CHUNK);
-        let indices = places().map(|&k| row_of[k as usize]).collect();
-        let values = places().map(|&k| self.values[k as usize]).collect();
+        let mut indices = vec![0; places.len()];
+        parallel::update(&mut indices, |k, _| row_of[places[k] as usize]);
+        let mut values = vec![T::ZERO; places.len()];
+        parallel::update(&mut values, |k, _| self.values[places[k] as usize]);
         Csr {
             columns: self.rows(),
             starts,
@@ -427,12 +417,12 @@ impl<T: Number> Csr<T> {
 
     /// y = A x
     pub fn times(&self, x: &[f64], y: &mut [f64]) {
-        self.by_rows(y, |i, _| self.dot(i, x));
+        parallel::update(y, |i, _| self.dot(i, x));
     }
 
     /// r = b - A x
     pub fn residual(&self, b: &[f64], x: &[f64], r: &mut [f64]) {
-        self.by_rows(r, |i, _| b[i] - self.dot(i, x));
+        parallel::update(r, |i, _| b[i] - self.dot(i, x));
     }
 
     /// (b - A x)_i
@@ -442,18 +432,7 @@ impl<T: Number> Csr<T> {
 
     /// y += A x
     pub fn add_times(&self, x: &[f64], y: &mut [f64]) {
-        self.by_rows(y, |i, y| y + self.dot(i, x));
-    }
-
-    /// Writes each entry from its row and what it was. Rows do not depend on each other, so the result is the same on any number of cores.
-    pub fn by_rows(&self, y: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
-        y.par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(chunk, part)| {
-                for (k, y) in part.iter_mut().enumerate() {
-                    *y = value(chunk * CHUNK + k, *y);
-                }
-            });
+        parallel::update(y, |i, y| y + self.dot(i, x));
     }
 }
 

@@ -4,9 +4,8 @@
 //! `apply(x, y)` is y = A x, `precondition(r, z)` is z ≈ A⁻¹ r, for GMRES with A z where that is wanted; each call overwrites
 //! all but its first argument. The vectors' sums are taken in a fixed order, so that results do not depend on the number of cores.
 
-use rayon::prelude::*;
-
 use faceoff_mesh::cancel;
+use faceoff_mesh::parallel;
 
 use super::kernels::Number;
 use super::pool::clear;
@@ -78,10 +77,9 @@ pub fn conjugate_gradients(
         let next = dot(&r, &z);
         let beta = next / rz;
         rz = next;
-        p.par_iter_mut()
-            .zip(&z)
-            .with_min_len(CHUNK)
-            .for_each(|(p, z)| *p = z + beta * *p);
+        parallel::map(p.chunks_mut(CHUNK).zip(z.chunks(CHUNK)), |(p, z)| {
+            p.iter_mut().zip(z).for_each(|(p, z)| *p = z + beta * *p);
+        });
     }
     Ended::new(stop.steps, norm(&r), stop)
 }
@@ -224,11 +222,8 @@ const CHUNK: usize = 1 << 14;
 
 /// Sums by chunks of fixed length, then over the chunks.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let parts: Vec<f64> = a
-        .par_chunks(CHUNK)
-        .zip(b.par_chunks(CHUNK))
-        .map(|(a, b)| dot_of_chunks(a, b))
-        .collect();
+    let chunks = a.chunks(CHUNK).zip(b.chunks(CHUNK));
+    let parts = parallel::map(chunks, |(a, b)| dot_of_chunks(a, b));
     parts.iter().sum()
 }
 
@@ -237,20 +232,16 @@ const NEAR: usize = 2048;
 
 /// The products of vectors with one.
 fn dots(vectors: &[Vec<f32>], with: &[f64]) -> Vec<f64> {
-    let parts: Vec<Vec<f64>> = with
-        .par_chunks(CHUNK)
-        .enumerate()
-        .map(|(k, with)| {
-            let mut sums = vec![0.0; vectors.len()];
-            for (near, with) in with.chunks(NEAR).enumerate() {
-                let first = k * CHUNK + near * NEAR;
-                for (sum, vector) in sums.iter_mut().zip(vectors) {
-                    *sum += dot_of_chunks(&vector[first..first + with.len()], with);
-                }
+    let parts = parallel::map(with.chunks(CHUNK).enumerate(), |(k, with)| {
+        let mut sums = vec![0.0; vectors.len()];
+        for (near, with) in with.chunks(NEAR).enumerate() {
+            let first = k * CHUNK + near * NEAR;
+            for (sum, vector) in sums.iter_mut().zip(vectors) {
+                *sum += dot_of_chunks(&vector[first..first + with.len()], with);
             }
-            sums
-        })
-        .collect();
+        }
+        sums
+    });
     (0..vectors.len())
         .map(|j| parts.iter().map(|part| part[j]).sum())
         .collect()
@@ -258,21 +249,17 @@ fn dots(vectors: &[Vec<f32>], with: &[f64]) -> Vec<f64> {
 
 /// a -= Σ_j h_j v_j, and the norm of what it becomes.
 fn subtract(a: &mut [f64], vectors: &[Vec<f32>], h: &[f64]) -> f64 {
-    let parts: Vec<f64> = a
-        .par_chunks_mut(CHUNK)
-        .enumerate()
-        .map(|(k, a)| {
-            let of_near = a.chunks_mut(NEAR).enumerate().map(|(near, a)| {
-                for (vector, h) in vectors.iter().zip(h) {
-                    for (a, v) in a.iter_mut().zip(&vector[k * CHUNK + near * NEAR..]) {
-                        *a -= h * f64::from(*v);
-                    }
+    let parts = parallel::map(a.chunks_mut(CHUNK).enumerate(), |(k, a)| {
+        let of_near = a.chunks_mut(NEAR).enumerate().map(|(near, a)| {
+            for (vector, h) in vectors.iter().zip(h) {
+                for (a, v) in a.iter_mut().zip(&vector[k * CHUNK + near * NEAR..]) {
+                    *a -= h * f64::from(*v);
                 }
-                dot_of_chunks(a, a)
-            });
-            of_near.sum()
-        })
-        .collect();
+            }
+            dot_of_chunks(a, a)
+        });
+        of_near.sum::<f64>()
+    });
     parts.iter().sum::<f64>().sqrt()
 }
 
@@ -297,8 +284,8 @@ pub fn norm(a: &[f64]) -> f64 {
 
 /// a *= factor, and the same rounded.
 fn scale(a: &mut [f64], factor: f64, narrow: &mut [f32]) {
-    let chunks = a.par_chunks_mut(CHUNK).zip(narrow.par_chunks_mut(CHUNK));
-    chunks.for_each(|(a, narrow)| {
+    let chunks = a.chunks_mut(CHUNK).zip(narrow.chunks_mut(CHUNK));
+    parallel::map(chunks, |(a, narrow)| {
         for (a, narrow) in a.iter_mut().zip(narrow) {
             *a *= factor;
             *narrow = *a as f32;
@@ -308,23 +295,21 @@ fn scale(a: &mut [f64], factor: f64, narrow: &mut [f32]) {
 
 /// c = a - b
 fn difference(a: &[f64], b: &[f64], c: &mut [f64]) {
-    let terms = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK));
-    let chunks = c.par_chunks_mut(CHUNK).zip(terms);
-    chunks.for_each(|(c, (a, b))| {
+    let terms = a.chunks(CHUNK).zip(b.chunks(CHUNK));
+    parallel::map(c.chunks_mut(CHUNK).zip(terms), |(c, (a, b))| {
         for ((c, a), b) in c.iter_mut().zip(a).zip(b) {
             *c = a - b;
         }
     });
 }
 
-fn add(a: &mut [f64], b: &[f64], factor: f64) {
-    a.par_chunks_mut(CHUNK)
-        .zip(b.par_chunks(CHUNK))
-        .for_each(|(a, b)| {
-            for (a, b) in a.iter_mut().zip(b) {
-                *a += factor * b;
-            }
-        });
+/// a += factor b
+pub fn add(a: &mut [f64], b: &[f64], factor: f64) {
+    parallel::map(a.chunks_mut(CHUNK).zip(b.chunks(CHUNK)), |(a, b)| {
+        for (a, b) in a.iter_mut().zip(b) {
+            *a += factor * b;
+        }
+    });
 }
 
 #[cfg(test)]

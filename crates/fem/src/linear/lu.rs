@@ -11,12 +11,12 @@ use faer::linalg::triangular_solve::{
     solve_unit_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::{Accum, Mat, MatMut, MatRef};
-use rayon::prelude::*;
 
 use super::dense_lu::{SMALL, factor, subtract};
 use super::kernels::{clear_registers, clear_registers_everywhere, threads_for};
 use super::lu_plan::{Front, LuPlan};
 use super::schur::{Entry, Schur};
+use faceoff_mesh::parallel;
 
 /// Pivots wait if an update is larger than this times the entries of the front.
 const LARGEST_GROWTH: f64 = 1e6;
@@ -67,21 +67,18 @@ impl SchurLu {
                 (task.clone().zip(fronts), halves.collect::<Vec<Update>>())
             });
             let tasks: Vec<_> = tasks.collect();
-            let done: Vec<_> = tasks
-                .into_par_iter()
-                .map_init(Vec::new, |room, (task, mut waiting)| {
-                    let eliminated = task.map(|(g, old)| {
-                        let own = &entries[starts[g]..starts[g + 1]];
-                        let below = waiting.len() - plan.fronts[g].below.len();
-                        let halves = &waiting[below..];
-                        let (front, update) = eliminate(&plan, g, schur, own, halves, old, room);
-                        waiting.truncate(below);
-                        waiting.push(update);
-                        front
-                    });
-                    (eliminated.collect::<Vec<_>>(), waiting.pop())
-                })
-                .collect();
+            let done = parallel::map_with(Vec::new, tasks, |room, (task, mut waiting)| {
+                let eliminated = task.map(|(g, old)| {
+                    let own = &entries[starts[g]..starts[g + 1]];
+                    let below = waiting.len() - plan.fronts[g].below.len();
+                    let halves = &waiting[below..];
+                    let (front, update) = eliminate(&plan, g, schur, own, halves, old, room);
+                    waiting.truncate(below);
+                    waiting.push(update);
+                    front
+                });
+                (eliminated.collect::<Vec<_>>(), waiting.pop())
+            });
             for (task, (eliminated, update)) in level.iter().zip(done) {
                 updates[task.end - 1] = update.unwrap_or_default();
                 for (place, front) in fronts[task.clone()].iter_mut().zip(eliminated) {

@@ -29,7 +29,7 @@ pub use csr::Csr;
 pub use elements::{Changed, Elements, Role};
 pub use embedded::Embedded;
 pub use factor::{Choice, Factor, Reduced, condense};
-pub use krylov::{Ended, KrylovStop, Room, conjugate_gradients, dot, gmres, norm};
+pub use krylov::{Ended, KrylovStop, Room, add, conjugate_gradients, dot, gmres, norm};
 pub use lu::SchurLu;
 pub use multifrontal::Multifrontal;
 pub use pool::{clear, zeros};

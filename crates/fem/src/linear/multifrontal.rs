@@ -9,7 +9,6 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use rayon::prelude::*;
 
 use super::analysis::Analysis;
 use super::kernels::{Number, clear_registers_everywhere, eliminate};
@@ -20,6 +19,7 @@ use super::substitution::{Columns, Share, Sides, backward, forward, forward_abov
 use super::{Elements, Schur};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Error;
+use faceoff_mesh::parallel;
 
 /// P A Pᵀ = L Lᵀ of the eliminated unknowns, and the rows of L that belong to the kept ones.
 ///
@@ -93,13 +93,10 @@ impl<T: Number> Multifrontal<T> {
             rest = others;
             parts.push((plan, border, own));
         }
-        let factored: Vec<_> = parts
-            .into_par_iter()
-            .map(|(plan, border, room)| {
-                let (update, rest) = work.factor(plan, room)?;
-                Ok((border.clone(), square(&update, rest.len()), rest))
-            })
-            .collect();
+        let factored = parallel::map(parts, |(plan, border, room)| {
+            let (update, rest) = work.factor(plan, room)?;
+            Ok((border.clone(), square(&update, rest.len()), rest))
+        });
         drop(work);
         clear_registers_everywhere();
         let mut blocks = Vec::with_capacity(factored.len());
@@ -130,11 +127,8 @@ impl<T: Number> Multifrontal<T> {
         let analysis = &self.analysis;
         let mut y = gather(&analysis.order, b, unit);
         let mut kept = gather(&analysis.kept, b, unit);
-        let rests: Vec<Vec<f64>> = self
-            .parts(&mut y)
-            .into_par_iter()
-            .map(|(plan, _, share)| forward(plan, share))
-            .collect();
+        let parts = self.parts(&mut y);
+        let rests = parallel::map(parts, |(plan, _, share)| forward(plan, share));
         for (rest, (_, border)) in rests.iter().zip(&analysis.blocks) {
             for (value, &p) in rest.iter().zip(border) {
                 kept[p as usize] += value;
@@ -148,28 +142,24 @@ impl<T: Number> Multifrontal<T> {
     pub fn backward(&self, forward: Forward, kept: &[f64], x: &mut [f64]) {
         let analysis = &self.analysis;
         let mut y = forward.y;
-        self.parts(&mut y)
-            .into_par_iter()
-            .for_each(|(plan, border, share)| {
-                let border: Vec<f64> = border.iter().map(|&p| kept[p as usize]).collect();
-                backward(plan, share, &border);
-            });
-        let all = x.par_iter_mut().zip(&analysis.numbers);
-        all.with_min_len(1 << 14).for_each(|(x, &number)| {
-            let number = number as usize;
+        parallel::map(self.parts(&mut y), |(plan, border, share)| {
+            let border: Vec<f64> = border.iter().map(|&p| kept[p as usize]).collect();
+            backward(plan, share, &border);
+        });
+        parallel::update(x, |k, x| {
+            let number = analysis.numbers[k] as usize;
             let of_kept = number.checked_sub(y.len()).map(|k| kept.get(k));
             // Fixed ones have no number.
-            if let Some(value) = of_kept.unwrap_or(y.get(number)) {
-                *x = *value;
-            }
+            of_kept.unwrap_or(y.get(number)).copied().unwrap_or(x)
         });
     }
 }
 
 /// The numbers of these unknowns over a power of two.
 fn gather(unknowns: &[u32], of_all: &[f64], unit: f64) -> Vec<f64> {
-    let numbers = unknowns.par_iter().with_min_len(1 << 14);
-    numbers.map(|&k| of_all[k as usize] / unit).collect()
+    let mut numbers = vec![0.0; unknowns.len()];
+    parallel::update(&mut numbers, |k, _| of_all[unknowns[k] as usize] / unit);
+    numbers
 }
 
 impl<T> Multifrontal<T> {
@@ -417,8 +407,8 @@ fn columns_of(update: &[f64], border: usize) -> impl Iterator<Item = &[f64]> {
 fn square(lower: &[f64], size: usize) -> Mat<f64> {
     let mut square = Mat::zeros(size, size);
     let at = |i: usize, j: usize| lower[start_of(j, size) + i - j];
-    let columns = square.as_mut().par_col_iter_mut().enumerate();
-    columns.for_each(|(j, column)| {
+    let columns = square.as_mut().col_iter_mut().enumerate();
+    parallel::map(columns, |(j, column)| {
         for (i, a) in column.iter_mut().enumerate() {
             *a = at(i.max(j), i.min(j));
         }
@@ -461,14 +451,17 @@ fn sum_halves(front: &Front, panel: &mut [f64], update: &mut [f64], halves: [(&[
             }
         }
     };
-    let columns = panel.par_chunks_mut(size.max(1)).enumerate();
-    columns
-        .with_min_len(COLUMNS)
-        .for_each(|(j, column)| sum(j, 0, column));
-    let columns = update.par_chunks_mut(border.max(1)).enumerate();
-    columns
-        .with_min_len(COLUMNS)
-        .for_each(|(j, column)| sum(pivots + j, pivots, column));
+    let sum = |columns: &mut [f64], length: usize, first: usize| {
+        let tasks = columns.chunks_mut(COLUMNS * length.max(1)).enumerate();
+        parallel::map(tasks, |(task, columns)| {
+            let columns = columns.chunks_mut(length.max(1));
+            (first + task * COLUMNS..)
+                .zip(columns)
+                .for_each(|(j, column)| sum(j, first, column));
+        });
+    };
+    sum(panel, size, 0);
+    sum(update, border, pivots);
 }
 
 /// Columns of a front that one task sums.

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 
 /// Zeros that all cores have written. The pages of `vec![0.0; n]` alone are the first user's to ask for, and twice where it
 /// reads before it writes: each then interrupts all cores.
@@ -14,7 +14,7 @@ pub fn zeros(count: usize) -> Vec<f64> {
 
 /// x := 0 on all cores.
 pub fn clear(x: &mut [f64]) {
-    x.par_chunks_mut(1 << 14).for_each(|x| x.fill(0.0));
+    parallel::map(x.chunks_mut(1 << 14), |x| x.fill(0.0));
 }
 
 /// Buffers that wait to be used again, by all threads.

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
-use rayon::prelude::*;
 
 use super::kernels::{clear_registers_everywhere, dot};
 use super::lu::SchurLu;
 use super::lu_plan::LuPlan;
+use faceoff_mesh::parallel;
 
 /// Rows that one task multiplies.
 const ROWS: usize = 128;
@@ -67,15 +67,11 @@ impl Schur {
     /// S x
     pub fn times(&self, x: &[f64]) -> Vec<f64> {
         let mut y = vec![0.0; self.size()];
-        let mut on_border = Vec::new();
         for (border, dense) in &self.blocks {
-            on_border.clear();
-            on_border.resize(border.len(), 0.0);
             let at: Vec<f64> = border.iter().map(|&q| x[q as usize]).collect();
             // By symmetry its columns are the rows.
-            let set = |(k, y): (usize, &mut f64)| *y = dot(dense.col_as_slice(k), &at);
-            let rows = on_border.par_iter_mut().enumerate();
-            rows.with_min_len(ROWS).for_each(set);
+            let row = |k: usize| dot(dense.col_as_slice(k), &at);
+            let on_border = parallel::chunks(border.len(), ROWS, |rows| rows.map(row).collect());
             for (&p, value) in border.iter().zip(&on_border) {
                 y[p as usize] += value;
             }

@@ -14,9 +14,8 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::csr::{Csr, split};
+use faceoff_mesh::parallel;
 
 /// Blocks are this part of the rows, and not smaller than a task is worth.
 const BLOCKS: usize = 16;
@@ -59,9 +58,9 @@ impl Sweeps {
             }
         };
         let mut ends = vec![[0; 3]; rows + 1];
-        let chunks = ends[1..].par_chunks_mut(ROWS).enumerate();
+        let chunks = ends[1..].chunks_mut(ROWS).enumerate();
         // The largest diagonal, and the rows that are in another order.
-        let found = chunks.map(|(chunk, ends)| {
+        let found: Vec<(f64, Vec<usize>)> = parallel::map(chunks, |(chunk, ends)| {
             let (mut largest, mut unsorted) = (0.0, Vec::new());
             for (i, ends) in (chunk * ROWS..).zip(ends) {
                 let (mut counts, mut last, mut sorted) = ([0; 4], 0, true);
@@ -85,7 +84,6 @@ impl Sweeps {
             }
             (largest, unsorted)
         });
-        let found: Vec<(f64, Vec<usize>)> = found.collect();
         let largest = found
             .iter()
             .fold(0.0, |m: f64, (of_chunk, _)| m.max(*of_chunk));
@@ -123,8 +121,8 @@ impl Sweeps {
         let of_tasks = ends[1..].chunks(ROWS);
         let ends_of_tasks = of_tasks.map(|ends| ends[ends.len() - 1][2] as usize);
         let tasks = split(&mut self.entries, ends_of_tasks);
-        let tasks = self.inverse.par_chunks_mut(ROWS).zip(tasks).enumerate();
-        tasks.for_each(|(task, (inverse, mut entries))| {
+        let tasks = self.inverse.chunks_mut(ROWS).zip(tasks).enumerate();
+        parallel::map(tasks, |(task, (inverse, mut entries))| {
             for (i, inverse) in (task * ROWS..).zip(inverse) {
                 let (own, others) = entries.split_at_mut((ends[i + 1][2] - ends[i][2]) as usize);
                 entries = others;
@@ -186,10 +184,8 @@ impl Sweeps {
     pub fn forward(&self, b: &[f64], x: &mut [f64], rest: &mut [f64]) {
         let (bytes, flops) = (self.bytes(3), 2 * self.matrix.entries());
         let _span = tracing::debug_span!("sweeps", bytes, flops).entered();
-        let blocks = x
-            .par_chunks_mut(self.block)
-            .zip(rest.par_chunks_mut(self.block));
-        blocks.enumerate().for_each(|(block, (x, rest))| {
+        let blocks = x.chunks_mut(self.block).zip(rest.chunks_mut(self.block));
+        parallel::map(blocks.enumerate(), |(block, (x, rest))| {
             let first = block * self.block;
             for k in 0..x.len() {
                 let i = first + k;
@@ -200,7 +196,7 @@ impl Sweeps {
             }
         });
         let x = &*x;
-        self.matrix.by_rows(rest, |i, rest| {
+        parallel::update(rest, |i, rest| {
             let [_, others, after] = self.parts(i);
             rest - self.dot(others.start..after.end, x, 0)
         });
@@ -210,22 +206,20 @@ impl Sweeps {
     pub fn backward(&self, b: &[f64], old: &[f64], x: &mut [f64]) {
         let (bytes, flops) = (self.bytes(3), 2 * self.matrix.entries());
         let _span = tracing::debug_span!("sweeps", bytes, flops).entered();
-        x.par_chunks_mut(self.block)
-            .enumerate()
-            .for_each(|(block, x)| {
-                let first = block * self.block;
-                for k in (0..x.len()).rev() {
-                    let i = first + k;
-                    if self.inverse[i] == 0.0 {
-                        x[k] = old[i];
-                        continue;
-                    }
-                    let [before, others, after] = self.parts(i);
-                    let of_old = self.dot(before.start..others.end, old, 0);
-                    let of_new = self.dot(after, x, first);
-                    x[k] = self.inverse[i] * (b[i] - of_old - of_new);
+        parallel::map(x.chunks_mut(self.block).enumerate(), |(block, x)| {
+            let first = block * self.block;
+            for k in (0..x.len()).rev() {
+                let i = first + k;
+                if self.inverse[i] == 0.0 {
+                    x[k] = old[i];
+                    continue;
                 }
-            });
+                let [before, others, after] = self.parts(i);
+                let of_old = self.dot(before.start..others.end, old, 0);
+                let of_new = self.dot(after, x, first);
+                x[k] = self.inverse[i] * (b[i] - of_old - of_new);
+            }
+        });
     }
 
     /// y = A x for the x of a backward sweep with b from `old`, which becomes the change.
@@ -234,12 +228,11 @@ impl Sweeps {
         let entries = self.matrix.entries();
         let (bytes, flops) = (self.bytes(4) - 4 * entries, entries);
         let _span = tracing::debug_span!("sweeps", bytes, flops).entered();
-        old.par_iter_mut()
-            .zip(x)
-            .with_min_len(ROWS)
-            .for_each(|(old, x)| *old = x - *old);
+        parallel::map(old.chunks_mut(ROWS).zip(x.chunks(ROWS)), |(old, x)| {
+            old.iter_mut().zip(x).for_each(|(old, x)| *old = x - *old);
+        });
         let change = &*old;
-        self.matrix.by_rows(y, |i, _| {
+        parallel::update(y, |i, _| {
             if self.inverse[i] == 0.0 {
                 return self.matrix.dot(i, x);
             }

@@ -3,8 +3,6 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::clip::{Simplex, clip, measure, subtract};
 use super::element::Element;
 use super::map::{Geometry, is_convex};
@@ -15,6 +13,7 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::memory;
 use faceoff_mesh::mesh::Shape;
+use faceoff_mesh::parallel;
 
 /// Pieces that one thread takes at a time.
 pub(super) const BLOCK: usize = 1 << 10;
@@ -76,11 +75,8 @@ impl<'a> Domain<'a> {
     /// Cells on which functions are not known here, cells without measure, folded or overlapping ones.
     pub fn new(side: &'a Results, near: f64) -> Result<Self> {
         let mut domain = Domain::divided(side, near)?;
-        let boxes: Vec<Bounds> = domain
-            .pieces
-            .par_iter()
-            .map(|piece| domain.bounds(piece))
-            .collect();
+        let pieces = &domain.pieces;
+        let boxes = parallel::collect(pieces.len(), |k| domain.bounds(&pieces[k]));
         domain.tree = Tree::new(&boxes);
         domain.refuse_overlaps(&boxes)?;
         Ok(domain)
@@ -371,10 +367,9 @@ impl<'a> Domain<'a> {
                 remedy: "repair the mesh: a function on it has two values there".into(),
             })
         };
-        self.tree
-            .order
-            .par_chunks(BLOCK)
-            .try_for_each(|block| block.iter().try_for_each(overlap))
+        let blocks = self.tree.order.chunks(BLOCK);
+        let found = parallel::map(blocks, |block| block.iter().try_for_each(overlap));
+        found.into_iter().collect()
     }
 
     /// Do two straight simplices of the file lie on both sides of a face of both? Most that meet do.

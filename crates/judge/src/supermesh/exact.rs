@@ -1,7 +1,5 @@
 //! The error of a field against a function that is known everywhere.
 
-use rayon::prelude::*;
-
 use super::clip::measure;
 use super::domain::{BLOCK, Domain, Piece};
 use super::function::Function;
@@ -12,6 +10,7 @@ use crate::On;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
+use faceoff_mesh::parallel;
 
 /// Value and gradient of a component at a place.
 pub type Exact<'a> = &'a (dyn Fn([f64; 3], usize) -> (f64, [f64; 3]) + Sync);
@@ -113,11 +112,8 @@ pub fn error_against(
         }
         Ok(sums)
     };
-    let blocks: Vec<Sums> = domain
-        .pieces
-        .par_chunks(BLOCK)
-        .map(block)
-        .collect::<Result<_>>()?;
+    let blocks = parallel::map(domain.pieces.chunks(BLOCK), block);
+    let blocks: Vec<Sums> = blocks.into_iter().collect::<Result<_>>()?;
     let mut all = Sums::default();
     blocks.into_iter().for_each(|sums| all.add(sums));
     let norms = all.norms(functions[0].is_constant());

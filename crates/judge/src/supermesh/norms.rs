@@ -1,6 +1,5 @@
 //! ‖a - b‖ of every field on the supermesh: L², the broken H¹ seminorm, and the maximum with its place.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::clip::{Simplex, measure};
@@ -13,6 +12,7 @@ use crate::keyed::fields_on;
 use crate::{Differences, On};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::{ResultField, Results};
+use faceoff_mesh::parallel;
 
 /// Norms of the difference of two fields over their mesh, or over what two meshes have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -358,7 +358,7 @@ fn norms_of(
         }
         sums
     };
-    let blocks: Vec<_> = domain.pieces.par_chunks(BLOCK).map(block).collect();
+    let blocks = parallel::map(domain.pieces.chunks(BLOCK), block);
     let mut all = vec![Sums::default(); of_a.len()];
     for sums in blocks {
         all.iter_mut()

@@ -1,11 +1,10 @@
 //! Two domains laid over each other: every pair of cells with something in common, cut into simplices.
 
-use rayon::prelude::*;
-
 use super::clip::{Simplex, clip, measure};
 use super::domain::{BLOCK, Domain, Piece};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::parallel;
 
 /// What is told of the meshes' intersection.
 #[derive(Debug, Default)]
@@ -85,10 +84,8 @@ pub(super) fn overlay<State: Send>(
     };
     let batch = BLOCK * 4 * rayon::current_num_threads();
     for (k, batched) in a.tree.order.chunks(batch).enumerate() {
-        let blocks: Vec<_> = batched
-            .par_chunks(BLOCK)
-            .map(block)
-            .collect::<Result<_>>()?;
+        let blocks = parallel::map(batched.chunks(BLOCK), block);
+        let blocks: Vec<_> = blocks.into_iter().collect::<Result<_>>()?;
         for (state, covered) in blocks {
             merge(state);
             for ([i, j], common) in covered {

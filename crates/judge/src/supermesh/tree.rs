@@ -1,6 +1,6 @@
 //! A flat tree of bounding boxes: which boxes of one mesh meet a given one.
 
-use rayon::prelude::*;
+use faceoff_mesh::parallel;
 
 /// Smallest and largest coordinate along each axis.
 pub(super) type Bounds = [[f64; 3]; 2];
@@ -69,7 +69,7 @@ impl Tree {
         if !boxes.is_empty() {
             build(boxes, &mut order, &mut nodes, 0, 0);
         }
-        let bounds = order.par_iter().map(|k| boxes[*k as usize]).collect();
+        let bounds = parallel::collect(order.len(), |k| boxes[order[k] as usize]);
         Tree {
             nodes,
             order,

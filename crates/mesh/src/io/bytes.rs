@@ -11,6 +11,7 @@ use memmap2::MmapMut;
 
 use crate::file;
 use crate::mesh::Array;
+use crate::parallel;
 
 /// Bytes, in pages of 2 MB if there are many and the system has such pages: allocating the size of a file in small
 /// pages takes longer than reading the file.
@@ -168,7 +169,6 @@ pub fn lent<T: Pod>(bytes: &[u8]) -> Option<Array<T>> {
 /// Reads a file of `length` bytes.
 #[cfg(unix)]
 fn read_large(file: &File, length: u64) -> io::Result<Pages> {
-    use rayon::prelude::*;
     use std::os::unix::fs::FileExt;
     let length = usize::try_from(length).map_err(io::Error::other)?;
     keep_memory();
@@ -182,8 +182,12 @@ fn read_large(file: &File, length: u64) -> io::Result<Pages> {
         None => large(length)?,
     };
     let bytes = pages.get_mut(..length).unwrap_or_default();
-    let shares = bytes.par_chunks_mut(SHARE).enumerate();
-    shares.try_for_each(|(index, share)| file.read_exact_at(share, (index * SHARE) as u64))?;
+    let shares = bytes.chunks_mut(SHARE).enumerate();
+    let read =
+        |(index, share): (usize, &mut [u8])| file.read_exact_at(share, (index * SHARE) as u64);
+    parallel::map(shares, read)
+        .into_iter()
+        .collect::<io::Result<()>>()?;
     if file.read_at(&mut [0], length as u64)? > 0 {
         return Err(io::Error::other("the file has grown"));
     }

@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
+use crate::parallel;
 use tempfile::NamedTempFile;
 
 use crate::cancel;
@@ -141,8 +141,8 @@ impl Out {
             if rows.len() <= SHARE {
                 return fill(first, rows);
             }
-            let shares = rows.par_chunks_mut(share * size).enumerate();
-            shares.for_each(|(index, rows)| fill(first + index * share, rows));
+            let shares = rows.chunks_mut(share * size).enumerate();
+            parallel::map(shares, |(index, rows)| fill(first + index * share, rows));
         };
         if self.file.is_none() || count * size <= SHARE {
             let start = self.bytes.len();

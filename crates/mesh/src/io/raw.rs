@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
+use crate::parallel;
 
 use super::vtu::array::RawNumbers;
 use super::vtu::scalar::{Scalar, with_type};
@@ -242,10 +242,7 @@ fn made(count: usize, point: impl Fn(usize) -> [f64; 3] + Sync) -> Array<[f64; 3
     // A few points take less time than waking the other cores.
     let points: Vec<[f64; 3]> = match count <= SHARE {
         true => (0..count).map(each).collect(),
-        false => {
-            let all = (0..count).into_par_iter().with_min_len(SHARE);
-            all.map(each).collect()
-        }
+        false => parallel::collect(count, each),
     };
     Array::from(points).seen(!odd.into_inner())
 }

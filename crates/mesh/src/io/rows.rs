@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use crate::parallel;
+
 /// Rows that one thread converts at a time.
 const SHARE: usize = 1 << 12;
 
@@ -14,17 +16,17 @@ pub fn convert<S: Sync, T: Send, A: Send>(
     (from, from_row): (&[S], usize),
     (to, to_row): (&mut [T], usize),
     share: impl Fn(usize, &[S], &mut [T]) -> A + Sync,
-    both: impl Fn(A, A) -> A + Sync + Send,
+    both: impl Fn(A, A) -> A,
 ) -> Option<A> {
     // A few rows take less time than waking the other cores.
     if from.len() <= SHARE * from_row {
         return (!from.is_empty()).then(|| share(0, from, to));
     }
-    let from = from.par_chunks(SHARE * from_row);
-    let to = to.par_chunks_mut(SHARE * to_row);
+    let from = from.chunks(SHARE * from_row);
+    let to = to.chunks_mut(SHARE * to_row);
     let shares = from.zip(to).enumerate();
-    let answers = shares.map(|(index, (from, to))| share(index * SHARE, from, to));
-    answers.reduce_with(both)
+    let answers = parallel::map(shares, |(index, (from, to))| share(index * SHARE, from, to));
+    answers.into_iter().reduce(both)
 }
 
 /// Items that are made on the stack at a time: whole rows of all but a few kinds of cells.
@@ -37,6 +39,16 @@ pub fn fill<T: Copy + Default + Send>(
     width: usize,
     share: impl Fn(usize, &mut [T]) -> bool + Sync,
 ) -> bool {
+    fill_by(all, rows, width, &share)
+}
+
+/// [`fill`], of which the compiler makes one copy for each type.
+fn fill_by<T: Copy + Default + Send>(
+    all: &mut Vec<T>,
+    rows: usize,
+    width: usize,
+    share: &(dyn Fn(usize, &mut [T]) -> bool + Sync),
+) -> bool {
     if !all.is_empty() || rows * width <= ARRAY || !ARRAY.is_multiple_of(width) {
         let start = all.len();
         all.resize(start + rows * width, T::default());
@@ -44,9 +56,9 @@ pub fn fill<T: Copy + Default + Send>(
         if rows <= SHARE {
             return share(0, new);
         }
-        let shares = new.par_chunks_mut(SHARE * width).enumerate();
-        let sound = shares.map(|(k, rows)| share(k * SHARE, rows));
-        return sound.reduce(|| true, |a, b| a & b);
+        let shares = new.chunks_mut(SHARE * width).enumerate();
+        let sound = parallel::map(shares, |(k, rows)| share(k * SHARE, rows));
+        return sound.into_iter().all(|sound| sound);
     }
     // To fill all memory with zeros before takes as long as to read the numbers.
     let (sound, per) = (AtomicBool::new(true), ARRAY / width);
@@ -79,7 +91,7 @@ pub fn runs<T: PartialEq + Sync>(all: &[T], width: usize) -> Vec<Range<u32>> {
     let shares = rows.saturating_sub(1).div_ceil(SHARE);
     let starts: Vec<usize> = match shares {
         1 => starts(0).collect(),
-        _ => (0..shares).into_par_iter().flat_map_iter(starts).collect(),
+        _ => parallel::map(0..shares, |share| starts(share).collect::<Vec<_>>()).concat(),
     };
     let first = (rows > 0).then_some(0);
     let starts = first.into_iter().chain(starts);

@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use rayon::prelude::*;
+use crate::parallel;
 
 use super::triangulation::NONE;
 use crate::cancel;
@@ -51,14 +51,11 @@ pub(super) fn number<const D: usize>(
     };
     let count_of = |range: &Range<usize>| (starts[range.end] - starts[range.start]) as usize;
     let own = split(&mut entries, ranges().map(|range| count_of(&range)));
-    let tasks: Vec<_> = ranges().zip(own).collect();
-    let counts: Vec<_> = tasks
-        .into_par_iter()
-        .map(|(vertices, entries)| {
-            cancel::check()?;
-            Ok(sort::<D>(&starts, vertices, entries))
-        })
-        .collect::<Result<_>>()?;
+    let counts = parallel::map(ranges().zip(own), |(vertices, entries)| {
+        cancel::check()?;
+        Ok(sort::<D>(&starts, vertices, entries))
+    });
+    let counts = counts.into_iter().collect::<Result<Vec<_>>>()?;
     let counts = counts
         .into_iter()
         .collect::<std::result::Result<Vec<usize>, Crowded>>();
@@ -70,7 +67,7 @@ pub(super) fn number<const D: usize>(
     let count = counts.iter().sum();
     let mut faces = Faces {
         vertices: vec![0; D * count],
-        cells: rayon::iter::repeat_n([NONE; 2], count).collect(),
+        cells: vec![[NONE; 2]; count],
         of_cells: Vec::new(),
         folded: None,
     };
@@ -80,25 +77,26 @@ pub(super) fn number<const D: usize>(
     let own = split(&mut entries, ranges().map(|range| count_of(&range)));
     let own_vertices = split(&mut faces.vertices, counts.iter().map(|count| D * count));
     let own_cells = split(&mut faces.cells, counts.iter().copied());
-    let tasks: Vec<_> = ranges()
+    let tasks = ranges()
         .zip(before)
         .zip(own)
         .zip(own_vertices)
-        .zip(own_cells)
-        .collect();
-    let folded =
-        tasks
-            .into_par_iter()
-            .filter_map(|((((vertices, first), entries), of_faces), owners)| {
-                number_some(cells, &starts, vertices, entries, first, of_faces, owners)
-            });
-    faces.folded = folded.min();
+        .zip(own_cells);
+    let folded = parallel::map(
+        tasks,
+        |((((vertices, first), entries), of_faces), owners)| {
+            number_some(cells, &starts, vertices, entries, first, of_faces, owners)
+        },
+    );
+    faces.folded = folded.into_iter().flatten().min();
     cancel::check()?;
     // Each is written once; atomic, as all cores write.
-    let places = (0..cells.len()).into_par_iter().with_min_len(TASK);
-    let of_cells: Vec<AtomicU32> = places.map(|_| AtomicU32::new(NONE)).collect();
-    let numbered = entries.par_iter().with_min_len(TASK);
-    numbered.for_each(|entry| of_cells[entry[D - 1] as usize].store(entry[0], Ordering::Relaxed));
+    let of_cells: Vec<AtomicU32> = cells.iter().map(|_| AtomicU32::new(NONE)).collect();
+    parallel::map(entries.chunks(TASK), |entries| {
+        for entry in entries {
+            of_cells[entry[D - 1] as usize].store(entry[0], Ordering::Relaxed);
+        }
+    });
     faces.of_cells = of_cells.into_iter().map(AtomicU32::into_inner).collect();
     Ok(Ok(faces))
 }
@@ -122,11 +120,11 @@ fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> Result<(Vec<u32>, 
         .div_ceil(rayon::current_num_threads().min(8))
         .max(TASK);
     let (mut starts, mut next) = (vec![0u32; vertices + 1], vec![0u32; vertices]);
-    let counts = next.par_chunks_mut(some).enumerate();
-    counts.try_for_each(|(task, counts)| {
+    let counted = parallel::map(next.chunks_mut(some).enumerate(), |(task, counts)| {
         let own = task * some..task * some + counts.len();
         for_each_from::<D>(cells, own, |vertex, _, _| counts[vertex] += 1)
-    })?;
+    });
+    counted.into_iter().collect::<Result<()>>()?;
     for (v, next) in next.iter_mut().enumerate() {
         starts[v + 1] = starts[v] + std::mem::replace(next, starts[v]);
     }
@@ -134,18 +132,17 @@ fn buckets<const D: usize>(cells: &[u32], vertices: usize) -> Result<(Vec<u32>, 
     let of_tasks = (0..vertices).step_by(some);
     let lengths = of_tasks.map(|v| (starts[(v + some).min(vertices)] - starts[v]) as usize);
     let own = split(&mut entries, lengths);
-    let tasks: Vec<_> = next.chunks_mut(some).zip(own).enumerate().collect();
-    tasks
-        .into_par_iter()
-        .try_for_each(|(task, (next, entries))| {
-            let (own, first) = (task * some..task * some + next.len(), starts[task * some]);
-            for_each_from::<D>(cells, own, |vertex, face, number| {
-                let entry = &mut entries[(next[vertex] - first) as usize];
-                entry[..D - 1].copy_from_slice(&face[1..]);
-                entry[D - 1] = number;
-                next[vertex] += 1;
-            })
-        })?;
+    let tasks = next.chunks_mut(some).zip(own).enumerate();
+    let filled = parallel::map(tasks, |(task, (next, entries))| {
+        let (own, first) = (task * some..task * some + next.len(), starts[task * some]);
+        for_each_from::<D>(cells, own, |vertex, face, number| {
+            let entry = &mut entries[(next[vertex] - first) as usize];
+            entry[..D - 1].copy_from_slice(&face[1..]);
+            entry[D - 1] = number;
+            next[vertex] += 1;
+        })
+    });
+    filled.into_iter().collect::<Result<()>>()?;
     Ok((starts, entries))
 }
 

@@ -2,12 +2,11 @@
 
 use std::convert::Infallible;
 
-use rayon::prelude::*;
-
 use super::{CellBlock, CellKind, Group, Mesh};
 use crate::cancel;
 use crate::error::Result;
 use crate::memory;
+use crate::parallel;
 
 /// The sides of a rectangle and of a box in the order of their groups' tags, which start at 1. The
 /// last coordinate points up.
@@ -126,10 +125,7 @@ fn build<E: Send>(
         let lattice = digits(v, row, dim);
         std::array::from_fn(|k| if k < dim { at(lattice[k], k) } else { 0.0 })
     };
-    let points: Vec<[f64; 3]> = (0..row.pow(dim as u32))
-        .into_par_iter()
-        .map(point)
-        .collect();
+    let points: Vec<[f64; 3]> = parallel::collect(row.pow(dim as u32), point);
     let orders = orders(dim);
     let count = n.pow(dim as u32);
     // Of paths upwards those that rise last run along the bottom, of paths downwards those that fall first.
@@ -143,8 +139,8 @@ fn build<E: Send>(
     };
     let of_cuboid = orders.len() * (dim + 1);
     let mut cells = vec![0; count * of_cuboid];
-    let of_task = cells.par_chunks_mut(TASK * of_cuboid).enumerate();
-    of_task.try_for_each(|(task, cells)| {
+    let tasks = cells.chunks_mut(TASK * of_cuboid).enumerate();
+    let made = parallel::map(tasks, |(task, cells)| {
         check()?;
         for (k, cells) in cells.chunks_exact_mut(of_cuboid).enumerate() {
             let corner = digits(task * TASK + k, n, dim);
@@ -155,7 +151,8 @@ fn build<E: Send>(
             }
         }
         Ok(())
-    })?;
+    });
+    made.into_iter().collect::<Result<(), E>>()?;
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); 2 * dim];
     for index in 0..count {
         let corner = digits(index, n, dim);

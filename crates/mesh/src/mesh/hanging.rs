@@ -3,8 +3,8 @@
 
 use std::ops::Range;
 
+use crate::parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::cancel;
 use crate::error::Result;
@@ -32,12 +32,13 @@ pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Result<Vec
         Face::new(nodes, nodes.iter().map(|&corner| place(corner)).collect())
     };
     // On nearly all meshes none of them carries anything.
-    let carrying = (0..faces.len()).into_par_iter().with_min_len(FEW);
-    let carrying = carrying.map(|index| {
+    let carrying = parallel::collect(faces.len(), |index| {
         cancel::check()?;
         Ok(tree.has(0, &face(index)).then_some(index))
     });
-    let carrying: Vec<Option<usize>> = carrying.collect::<Result<_>>()?;
+    let carrying = carrying
+        .into_iter()
+        .collect::<Result<Vec<Option<usize>>>>()?;
     let mut found = Vec::new();
     for index in carrying.into_iter().flatten() {
         cancel::check()?;

@@ -6,7 +6,7 @@ mod groups;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
+use crate::parallel;
 
 use super::faces::{self, Crowded};
 use super::hanging::hanging_nodes;
@@ -207,7 +207,7 @@ impl Triangulation {
         let mut triangulation = Triangulation {
             name: name.to_owned(),
             dim,
-            points: mesh.points.par_iter().with_min_len(TASK).copied().collect(),
+            points: mesh.points.to_vec(),
             cells: Vec::new(),
             faces: Vec::new(),
             cell_faces: Vec::new(),
@@ -291,8 +291,7 @@ impl Triangulation {
             .reserve_exact(blocks().map(|b| b.nodes.len()).sum());
         for block in blocks() {
             cancel::check()?;
-            self.cells
-                .par_extend(block.nodes.par_iter().with_min_len(TASK));
+            self.cells.extend_from_slice(&block.nodes);
         }
         let used: Vec<AtomicBool> = self.points.iter().map(|_| AtomicBool::new(false)).collect();
         let is_absent = |node: &&u32| match used.get(**node as usize) {
@@ -302,8 +301,10 @@ impl Triangulation {
             }
             None => true,
         };
-        let tasks = self.cells.par_chunks(TASK);
-        let absent = tasks.find_map_first(|nodes| nodes.iter().find(is_absent));
+        let absent = parallel::map(self.cells.chunks(TASK), |nodes| {
+            nodes.iter().find(is_absent)
+        });
+        let absent = absent.into_iter().flatten().next();
         if let Some(node) = absent {
             return Err(self.refuse(
                 format!("a cell names vertex {node}, and there are {}", used.len()),
@@ -382,12 +383,12 @@ impl Triangulation {
                 && (dim == 2 || thickness(&vertices) > SLIVER);
             (!sound).then_some(cell)
         };
-        self.cells
-            .par_chunks_exact_mut(local)
-            .enumerate()
-            .with_min_len(TASK)
-            .filter_map(degenerate)
-            .min()
+        let tasks = self.cells.chunks_mut(TASK * local).enumerate();
+        let first = parallel::map(tasks, |(task, cells)| {
+            let cells = (task * TASK..).zip(cells.chunks_exact_mut(local));
+            cells.filter_map(degenerate).min()
+        });
+        first.into_iter().flatten().min()
     }
 
     fn number_faces(&mut self) -> Result<()> {

@@ -1,8 +1,7 @@
 //! Whether a mesh is what its type promises.
 
-use rayon::prelude::*;
-
 use super::{CellBlock, CellKind, Group, Mesh, PointRun};
+use crate::parallel;
 
 /// Items that one thread examines at a time.
 const CHUNK: usize = 1 << 16;
@@ -12,7 +11,10 @@ impl Mesh {
     pub fn is_flat(&self) -> bool {
         // No early exit within a chunk, so that the loop vectorises.
         let flat = |points: &[[f64; 3]]| points.iter().fold(true, |flat, p| flat & (p[2] == 0.0));
-        self.dim() <= 2 && self.points.par_chunks(CHUNK).all(flat)
+        self.dim() <= 2
+            && parallel::map(self.points.chunks(CHUNK), flat)
+                .into_iter()
+                .all(|flat| flat)
     }
 
     /// Checks what the types cannot: that indices, lengths and orders are as the fields' comments say.
@@ -93,7 +95,9 @@ impl Mesh {
         };
         let ascends = match left.len().div_ceil(CHUNK) {
             0 | 1 => ascends(0),
-            chunks => (0..chunks).into_par_iter().all(ascends),
+            chunks => parallel::map(0..chunks, ascends)
+                .into_iter()
+                .all(|ascends| ascends),
         };
         if !ascends {
             return Err("has cells twice or not in ascending order");
@@ -181,10 +185,8 @@ pub(crate) fn highest(numbers: &[u32]) -> u32 {
             .iter()
             .fold(0, |highest, &number| highest.max(number))
     };
-    match numbers.len() <= CHUNK {
-        true => highest(numbers),
-        false => numbers.par_chunks(CHUNK).map(highest).max().unwrap_or(0),
-    }
+    let highest = parallel::map(numbers.chunks(CHUNK), highest);
+    highest.into_iter().max().unwrap_or(0)
 }
 
 /// Whether none of the numbers is NaN or infinite.
@@ -194,11 +196,8 @@ pub(crate) fn all_finite(numbers: &[f64]) -> bool {
         let each = numbers.iter().map(|x| x.is_finite());
         each.fold(true, |so_far, finite| so_far & finite)
     };
-    // A few numbers take less time than waking the other cores.
-    if numbers.len() <= CHUNK {
-        return finite(numbers);
-    }
-    numbers.par_chunks(CHUNK).all(finite)
+    let finite = parallel::map(numbers.chunks(CHUNK), finite);
+    finite.into_iter().all(|finite| finite)
 }
 
 #[cfg(test)]

@@ -105,3 +105,41 @@ fn what_is_all_zero_is_said_to_be() {
     let of = charts("", &[chart(&[0.0, f64::NAN])], 384.0);
     assert!(of.file().contains("No error is above zero."));
 }
+
+#[test]
+fn what_fails_is_missing_or_equal_is_seen() {
+    let point = |x: f64, y: f64, is_apart: bool| Point {
+        is_apart,
+        is_bad: y > 1e-9,
+        ..Point::new([x, y])
+    };
+    let points = [(1.0, 1e-12, true), (2.0, 1e-10, false), (4.0, 1e-3, true)];
+    let chart = Chart {
+        x: Axis {
+            is_linear: true,
+            ..Axis::new("time")
+        },
+        y: Axis {
+            also: Some((1e-12, "equal")),
+            ..Axis::new("difference")
+        },
+        levels: vec![(1e-9, "tolerance")],
+        gaps: vec![(3.0, "<not there>".into())],
+        lines: vec![Line {
+            is_bare: true,
+            points: points.map(|(x, y, is_apart)| point(x, y, is_apart)).into(),
+            ..Line::new("u", 0, [])
+        }],
+        ..Chart::default()
+    };
+    let drawn = charts("", &[chart], 600.0).file();
+    let lines: Vec<&str> = drawn.split("<path class=\"ink\"").collect();
+    let path = lines[1].split("/>").next().unwrap();
+    assert_eq!((lines.len(), path.matches('M').count()), (2, 2), "{path}");
+    // Of a line without marks only what fails has one.
+    assert_eq!(drawn.matches("<circle class=\"redf\"").count(), 1);
+    assert_eq!(drawn.matches("<circle").count(), 1);
+    assert!(drawn.contains("class=\"redl dash\"") && drawn.contains("&lt;not there&gt;"));
+    assert!(drawn.contains(">equal<") && !drawn.contains(">10⁻¹²<"));
+    assert!(drawn.contains(">tolerance<"));
+}

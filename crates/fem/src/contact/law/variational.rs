@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
 use super::formula::{Formula, OnContact};
 use crate::assembly::value_at;
 use crate::contact::condition::Condition;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::parallel;
 
 /// The variational inequality over { v ∈ V_h : v ≤ ψ at every dof on Γ_C }: at the vertices
 /// for P1; for CR the mean on every face (D. Hua, L. Wang, J. Comput. Math. 25, 2007).
@@ -66,8 +65,10 @@ impl Formula for Variational {
                 .iter()
                 .any(|&dof| is_held[dof as usize])
         };
-        let cells = (0..space.mesh.cell_count()).into_par_iter().filter(near);
-        let cells: Vec<usize> = cells.collect();
+        let count = space.mesh.cell_count();
+        let cells = parallel::chunks(count, parallel::share(count), |cells| {
+            cells.filter(near).collect()
+        });
         stiffness.for_each(cells.into_iter(), |row, column, value| {
             if let Some(constraint) = constraints.get_mut(&row) {
                 *constraint.row.entry(column).or_default() += value;

@@ -6,6 +6,38 @@
 //! takes: compact groups and contiguous data.
 
 mod inventory;
+/// A number as it lies in the file, of at most eight bytes, so that the compiler makes one copy of the library's readers and not one for
+/// each type.
+#[derive(Clone, Copy)]
+#[repr(transparent)]
+struct Word([u8; 8]);
+
+impl H5Type for Word {
+    fn hdf5_type() -> Datatype {
+        Datatype::FixedPoint {
+            size: 8,
+            signed: false,
+            byte_order: ByteOrder::LittleEndian,
+        }
+    }
+
+    fn from_bytes(bytes: &[u8], _: &Datatype) -> std::result::Result<Self, Inner> {
+        let mut word = [0; 8];
+        word.iter_mut()
+            .zip(bytes)
+            .for_each(|(to, byte)| *to = *byte);
+        Ok(Word(word))
+    }
+
+    fn element_size(of: &Datatype) -> usize {
+        dtype_element_size(of).unwrap_or(0)
+    }
+
+    fn native_copy_compatible(of: &Datatype) -> bool {
+        Self::element_size(of) == size_of::<Word>()
+    }
+}
+
 #[cfg(test)]
 mod tests;
 pub mod write;
@@ -21,13 +53,13 @@ use hdf5_reader::error::Error as Inner;
 use hdf5_reader::messages::{HdfMessage, layout::DataLayout};
 use hdf5_reader::{
     Attribute, ByteOrder, Datatype, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem,
+    dtype_element_size,
 };
 
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::io::bytes::{self, Bytes};
 use crate::io::vtu::array::RawNumbers;
-use crate::io::vtu::scalar::with_type;
 use crate::io::vtu::unpack::Unpacked;
 use crate::mesh::Values;
 
@@ -450,16 +482,23 @@ impl Data {
         if whole {
             return self.raw(None);
         }
-        let (type_name, _) = self.number()?;
-        with_type!(type_name, T => self.numbers::<T>(of).map(RawNumbers::of), self.raw(None))
+        let (type_name, big_endian) = self.number()?;
+        Ok(RawNumbers {
+            type_name,
+            bytes: self.bytes_of(of)?.into(),
+            big_endian,
+        })
     }
 
-    fn numbers<T: H5Type + Copy>(&self, of: &[[usize; 3]]) -> Result<Vec<T>> {
+    fn bytes_of(&self, of: &[[usize; 3]]) -> Result<Vec<u8>> {
         let counts = of.iter().map(|[.., count]| *count);
         let count = counts.fold(1_usize, |all, n| all.saturating_mul(n));
-        self.take(count)?;
+        let size = self.take(count)?;
         if count == 0 {
             return Ok(Vec::new());
+        }
+        if size > size_of::<Word>() {
+            return Err(self.refuse(format!("a selection of items of {size} bytes is not read")));
         }
         let slices = of.iter().map(|&[start, step, count]| SliceInfoElem::Slice {
             start: start as u64,
@@ -469,9 +508,10 @@ impl Data {
         let info = SliceInfo {
             selections: slices.collect(),
         };
-        let array = self.data.read_slice::<T>(&info);
-        let array = array.map_err(|error| self.refuse(error.to_string()))?;
-        Ok(array.iter().copied().collect())
+        let words = self.data.read_slice::<Word>(&info);
+        let words = words.map_err(|error| self.refuse(error.to_string()))?;
+        let bytes = words.iter().flat_map(|Word(bytes)| bytes.iter().take(size));
+        Ok(bytes.copied().collect())
     }
 
     /// All texts, without the zeros and blanks at their ends.

@@ -1,6 +1,6 @@
 //! Many rows of binary numbers at once, on all cores, as large files have them.
 
-use rayon::prelude::*;
+use crate::parallel;
 
 use crate::io::builder::Lookup;
 use crate::io::rows;
@@ -74,7 +74,8 @@ pub fn count_on<W: Word>(words: &[W], width: usize, first: u64, numbers: Numbers
     if words.len() <= ROWS * width {
         return share((0, words));
     }
-    words.par_chunks(ROWS * width).enumerate().all(share)
+    let shares = words.chunks(ROWS * width).enumerate();
+    parallel::map(shares, share).into_iter().all(|on| on)
 }
 
 /// Rows of elements.

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use rayon::prelude::*;
+use crate::parallel;
 
 use super::write::Writer;
 use crate::mesh::Entity;
@@ -86,11 +86,7 @@ fn bound(writer: &Writer<'_>, boxes: &HashMap<(u8, i32), usize>, entities: &mut 
         };
         let width = block.kind.points();
         let nodes = width * (run.cells.start - first)..width * (run.cells.end - first);
-        let nodes = block
-            .nodes
-            .get(nodes)
-            .unwrap_or_default()
-            .par_chunks(1 << 16);
+        let nodes = block.nodes.get(nodes).unwrap_or_default();
         let points = |nodes: &[u32]| {
             let mut part = Entity::without_points(0, 0);
             let points = nodes
@@ -99,7 +95,7 @@ fn bound(writer: &Writer<'_>, boxes: &HashMap<(u8, i32), usize>, entities: &mut 
             points.for_each(|point| part.extend(point));
             part
         };
-        let parts: Vec<Entity> = nodes.map(points).collect();
+        let parts = parallel::map(nodes.chunks(1 << 16), points);
         let corners = parts.iter().flat_map(|part| &part.bounds);
         corners.for_each(|corner| entity.extend(corner));
     }

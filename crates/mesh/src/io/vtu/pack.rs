@@ -1,7 +1,7 @@
 //! Bytes of one array as VTU packs them: a header of lengths, then the bytes, perhaps in compressed blocks.
 
 use super::Compressor;
-use rayon::prelude::*;
+use crate::parallel;
 use std::io::Read;
 
 /// Bytes that are compressed together.
@@ -40,18 +40,14 @@ pub(super) fn pack(
         });
     }
     let level = flate2::Compression::new(ZLIB_LEVEL);
-    let blocks = (0..length.div_ceil(BLOCK))
-        .into_par_iter()
-        .map_init(
-            || (flate2::Compress::new(level, true), vec![0; BLOCK]),
-            |(zlib, bytes), index| {
-                let place = index * BLOCK;
-                let bytes = bytes.split_at_mut(BLOCK.min(length - place)).0;
-                fill(place, bytes);
-                compress(bytes, compressor, zlib)
-            },
-        )
-        .collect::<std::io::Result<Vec<_>>>()?;
+    let scratch = || (flate2::Compress::new(level, true), vec![0; BLOCK]);
+    let places = (0..length).step_by(BLOCK);
+    let blocks = parallel::map_with(scratch, places, |(zlib, bytes), place| {
+        let bytes = bytes.split_at_mut(BLOCK.min(length - place)).0;
+        fill(place, bytes);
+        compress(bytes, compressor, zlib)
+    });
+    let blocks = blocks.into_iter().collect::<std::io::Result<Vec<_>>>()?;
     let words = [blocks.len(), BLOCK, length % BLOCK];
     let lengths = blocks.iter().map(Vec::len);
     Ok(Packed {

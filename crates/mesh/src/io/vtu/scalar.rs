@@ -1,7 +1,7 @@
 //! Numbers as VTU stores them: each type's name, width, bytes and decimal form.
 
+use crate::io::rows;
 use crate::mesh::Values;
-use rayon::prelude::*;
 
 /// A number type of VTU.
 pub(crate) trait Scalar: Copy + Default + Send + Sync {
@@ -40,13 +40,14 @@ macro_rules! scalar {
             const MISSING: $type = $missing;
 
             fn from_bytes(bytes: &[u8], big_endian: bool) -> Vec<Self> {
-                let (words, _) = bytes.as_chunks();
-                let words = words.par_iter().with_min_len(1 << 14);
-                if big_endian {
-                    words.map(|&word| <$type>::from_be_bytes(word)).collect()
-                } else {
-                    words.map(|&word| <$type>::from_le_bytes(word)).collect()
-                }
+                let mut values = Vec::new();
+                let width = size_of::<$type>();
+                rows::fill(&mut values, bytes.len() / width, 1, |first, values| {
+                    let bytes = bytes.get(first * width..).unwrap_or_default();
+                    values.iter_mut().zip(Self::each(bytes, big_endian)).for_each(|(to, word)| *to = word);
+                    true
+                });
+                values
             }
 
             #[inline]

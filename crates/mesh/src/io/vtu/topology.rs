@@ -10,7 +10,7 @@ use super::scalar::{Scalar, with_type};
 use super::unpack::Unpacked;
 use crate::io::rows;
 use crate::mesh::{Array, CellBlock, CellKind, Polyhedra};
-use rayon::prelude::*;
+use crate::parallel;
 use std::collections::HashMap;
 
 /// Cells that are examined together.
@@ -239,13 +239,10 @@ fn runs_of<T: Scalar>(ends: &RawNumbers, codes: &[u8]) -> Result<Vec<CellRun>, &
         let even = codes.iter().fold(even, |on, code| on & (*code == codes[0]));
         even.then_some((width, last))
     };
-    let shares = ends
-        .bytes
-        .par_chunks(CELLS * T::WIDTH)
-        .zip(codes.par_chunks(CELLS));
-    let shares = shares.enumerate();
-    let shares = shares.map(|(k, (bytes, codes))| (bytes, codes, width_of(k, bytes, codes)));
-    let shares: Vec<_> = shares.collect();
+    let shares = ends.bytes.chunks(CELLS * T::WIDTH).zip(codes.chunks(CELLS));
+    let shares = parallel::map(shares.enumerate(), |(k, (bytes, codes))| {
+        (bytes, codes, width_of(k, bytes, codes))
+    });
     let mut runs: Vec<CellRun> = Vec::new();
     let mut push = |code: u8, width: usize, cells: usize| match runs.last_mut() {
         Some(run) if run.code == code && run.width == width => run.cells += cells,

@@ -4,7 +4,7 @@ use super::Compressor;
 use super::scalar::Scalar;
 use super::stream::Stream;
 use crate::io::bytes::{self, Bytes};
-use rayon::prelude::*;
+use crate::parallel;
 use std::borrow::Cow;
 use std::ops::{Deref, Range};
 use std::sync::Arc;
@@ -193,14 +193,15 @@ impl Packing {
             unpacked.map_err(|what| format!("block {index}: {what}"))
         };
         let zlib = || flate2::Decompress::new(true);
-        // LZMA needs much memory for each block: one at a time.
-        let least = match self.compressor {
-            Compressor::Lzma => blocks.len(),
-            _ => 1,
-        };
-        let slots = out.par_chunks_mut(size).enumerate().with_min_len(least);
-        let errors = slots.map_init(zlib, |zlib, (index, slot)| unpack(zlib, index, slot));
-        errors.find_first(Result::is_err).unwrap_or(Ok(()))
+        let mut slots = out.chunks_mut(size).enumerate();
+        if self.compressor == Compressor::Lzma {
+            // It needs much memory for each block: one at a time.
+            let mut unused = zlib();
+            return slots.try_for_each(|(index, slot)| unpack(&mut unused, index, slot));
+        }
+        let unpacked =
+            parallel::map_with(zlib, slots, |zlib, (index, slot)| unpack(zlib, index, slot));
+        unpacked.into_iter().collect()
     }
 
     /// Refuses blocks that do not exist, and lengths that no compressor achieves.

@@ -51,14 +51,19 @@ pub fn below(value: f64, digits: Digits) -> f64 {
     size.copysign(value)
 }
 
+/// A bound from above with so many digits that count, none of which is below it.
+pub fn at_most(bound: f64, digits: usize) -> String {
+    number(above(bound, Digits::Counting(digits)), digits)
+}
+
+/// A bound from below with so many digits that count, none of which is above it.
+pub fn at_least(bound: f64, digits: usize) -> String {
+    number(below(bound, Digits::Counting(digits)), digits)
+}
+
 /// `[…, …]`, with so many digits that count.
 pub fn interval([low, high]: [f64; 2], digits: usize) -> String {
-    let ends = [
-        below(low, Digits::Counting(digits)),
-        above(high, Digits::Counting(digits)),
-    ];
-    let [low, high] = ends.map(|end| number(end, digits));
-    format!("[{low}, {high}]")
+    format!("[{}, {}]", at_least(low, digits), at_most(high, digits))
 }
 
 #[cfg(test)]

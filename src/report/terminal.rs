@@ -30,15 +30,21 @@ fn write(text: &mut String, blocks: &[Block]) -> std::fmt::Result {
                 }
             }
             Block::Facts(facts) => {
-                let lengths = facts.iter().map(|(name, _)| name.chars().count());
+                let names: Vec<String> = facts.iter().map(|(name, _)| name.to_string()).collect();
+                let lengths = names.iter().map(|name| name.chars().count());
                 let width = lengths.max().unwrap_or(0);
-                for (name, fact) in facts {
+                for (name, (_, fact)) in names.iter().zip(facts) {
                     writeln!(text, "  {name:<width$}  {fact}")?;
                 }
             }
             Block::Table(table) => write_table(text, table)?,
-            Block::Folded(summary, inner) => {
-                writeln!(text, "{summary}")?;
+            Block::Folded([name, about], inner) => {
+                let about = if about.is_empty() {
+                    "".into()
+                } else {
+                    format!(" · {about}")
+                };
+                writeln!(text, "{name}{about}")?;
                 write(text, inner)?;
             }
             Block::Terminal(inner) => write(text, inner)?,
@@ -56,7 +62,7 @@ fn write_table(text: &mut String, table: &Table) -> std::fmt::Result {
     shown.load_style(presets::NOTHING);
     // As wide as a terminal; elsewhere as wide as it needs.
     shown.set_content_arrangement(ContentArrangement::Dynamic);
-    shown.set_header(&table.head);
+    shown.set_header(table.head.iter().map(|column| column.name.to_string()));
     for row in &table.rows {
         shown.add_row(row.iter().map(|cell| cell.text()));
     }

@@ -1,0 +1,256 @@
+//! Tables: made once, for the page and for the terminal.
+
+use super::html::{Dot, DotAxis, Html};
+use super::model::{short, word};
+use crate::text::number::{size, whole};
+use crate::text::{Text, at_least, at_most};
+use faceoff_judge::Verdict;
+
+/// Rows of cells; a column of numbers is aligned as such.
+#[derive(Default, Clone)]
+pub struct Table {
+    /// What it shows.
+    pub caption: Text,
+    /// One for each cell of a row.
+    pub head: Vec<Column>,
+    /// As many cells each as `head`.
+    pub rows: Vec<Vec<Cell>>,
+    /// Which rows are set off on the page; where this is empty, those with a verdict that is no pass.
+    pub set_off: Vec<bool>,
+}
+
+/// The name of a column, and how the page shows it.
+#[derive(Default, Clone)]
+pub struct Column {
+    /// Above the column.
+    pub name: Text,
+    /// On the page: `n` is a number, `w` does not wrap, `opt` gives way on a narrow page, `d` has dots on an axis. Where none is
+    /// given, `n` if the column holds numbers.
+    pub class: Option<&'static str>,
+    /// What the page has beside the name.
+    pub more: Html,
+}
+
+/// What a table holds in one place: a verdict, words or a number, and what only the page shows.
+#[derive(Default, Clone)]
+pub struct Cell {
+    /// Before the words.
+    pub verdict: Option<Verdict>,
+    /// What is read.
+    pub shown: Text,
+    /// By which it sorts.
+    pub value: Option<f64>,
+    /// Is it wrong, other than by its verdict?
+    pub is_bad: bool,
+    /// Behind the words.
+    pub more: Html,
+}
+
+impl Table {
+    /// Without rows; `table!` makes one with them.
+    pub fn new<C: Into<Column>>(
+        caption: impl Into<Text>,
+        head: impl IntoIterator<Item = C>,
+    ) -> Self {
+        Table {
+            caption: caption.into(),
+            head: head.into_iter().map(Into::into).collect(),
+            ..Table::default()
+        }
+    }
+
+    /// With all of these rows.
+    pub fn with(mut self, rows: impl IntoIterator<Item = Vec<Cell>>) -> Self {
+        self.rows.extend(rows);
+        self
+    }
+
+    /// With these rows set off on the page.
+    pub fn setting_off(mut self, rows: impl Iterator<Item = bool>) -> Self {
+        self.set_off = rows.collect();
+        self
+    }
+
+    /// Does a column hold numbers, but for some words?
+    pub fn is_numeric(&self, column: usize) -> bool {
+        let cells = self.rows.iter().filter_map(|row| row.get(column));
+        let (mut numbers, mut words) = (0, 0);
+        for cell in cells {
+            match cell.value {
+                Some(_) if cell.verdict.is_none() => numbers += 1,
+                None if cell.shown.is_empty() && cell.verdict.is_none() => {}
+                _ => words += 1,
+            }
+        }
+        numbers > words
+    }
+}
+
+impl Column {
+    /// With dots on an axis.
+    pub(super) fn of_dots(name: impl Into<Text>, axis: &DotAxis) -> Self {
+        Column {
+            name: name.into(),
+            class: Some("d"),
+            more: axis.head(),
+        }
+    }
+}
+
+impl<T: Into<Text>> From<T> for Column {
+    fn from(name: T) -> Self {
+        Column {
+            name: name.into(),
+            ..Column::default()
+        }
+    }
+}
+
+/// A class and a name.
+impl<T: Into<Text>> From<(&'static str, T)> for Column {
+    fn from((class, name): (&'static str, T)) -> Self {
+        Column {
+            name: name.into(),
+            class: Some(class),
+            ..Column::default()
+        }
+    }
+}
+
+/// A row from values of any kind.
+macro_rules! cells {
+    ($($value:expr),* $(,)?) => { vec![$($crate::report::model::Cell::from($value)),*] };
+}
+/// A table with a line a column: its name, and the cell of a row.
+macro_rules! table {
+    ($caption:expr, $rows:expr, |$row:pat_param| $($name:expr => $value:expr),* $(,)?) => {{
+        let rows = $rows.into_iter().map(|$row| $crate::report::model::cells![$($value),*]);
+        let head: Vec<$crate::report::model::Column> = vec![$($name.into()),*];
+        $crate::report::model::Table::new($caption, head).with(rows)
+    }};
+}
+pub(crate) use {cells, table};
+
+impl Cell {
+    /// A value and its digits.
+    pub fn number(value: f64, shown: impl Into<Text>) -> Self {
+        Cell {
+            value: Some(value),
+            shown: shown.into(),
+            ..Cell::default()
+        }
+    }
+
+    /// With two digits: what differences, residuals and tolerances have.
+    pub fn size(value: f64) -> Self {
+        Cell::number(value, size(value))
+    }
+
+    /// With so many digits after the point.
+    pub fn fixed(value: f64, digits: usize) -> Self {
+        match value {
+            v if !v.is_finite() => "–".into(),
+            0.0 => Cell::number(0.0, format!("{:.digits$}", 0.0)),
+            v => Cell::number(v, format!("{v:.digits$}")),
+        }
+    }
+
+    /// A bound from above, with three digits, none of which is below it.
+    pub fn at_most(bound: f64) -> Self {
+        Cell::number(bound, at_most(bound, 3))
+    }
+
+    /// A bound from below, with three digits, none of which is above it.
+    pub fn at_least(bound: f64) -> Self {
+        Cell::number(bound, at_least(bound, 3))
+    }
+
+    /// A verdict and the number that it is about.
+    pub fn judged(verdict: Verdict, value: f64) -> Self {
+        Cell {
+            verdict: Some(verdict),
+            ..Cell::number(value, format!(" {}", short(value)))
+        }
+    }
+
+    /// A verdict and what it rests on.
+    pub fn because(verdict: Verdict, why: Option<&str>) -> Self {
+        Cell {
+            verdict: Some(verdict),
+            shown: why.map_or_else(Text::default, |why| Text::message(&format!(": {why}"))),
+            ..Cell::default()
+        }
+    }
+
+    /// Dots on an axis, and the number by which they sort.
+    pub(super) fn dots(axis: &DotAxis, dots: &[Dot], value: f64) -> Self {
+        Cell {
+            more: axis.strip(dots),
+            ..Cell::number(value, "")
+        }
+    }
+
+    /// The same, as what is wrong.
+    pub fn bad_if(mut self, is_bad: bool) -> Self {
+        self.is_bad = is_bad;
+        self
+    }
+
+    /// What the terminal shows.
+    pub fn text(&self) -> String {
+        let verdict = self.verdict.map(word).unwrap_or_default();
+        format!("{verdict}{}", self.shown)
+    }
+}
+
+/// Three digits.
+impl From<f64> for Cell {
+    fn from(value: f64) -> Self {
+        Cell::number(value, short(value))
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(value: usize) -> Self {
+        Cell::number(value as f64, whole(value))
+    }
+}
+
+impl From<Verdict> for Cell {
+    fn from(verdict: Verdict) -> Self {
+        Cell::because(verdict, None)
+    }
+}
+
+/// What a cell of words is made of.
+macro_rules! cell_from {
+    ($($of:ty),*) => {
+        $(impl From<$of> for Cell {
+            fn from(words: $of) -> Self {
+                Cell { shown: words.into(), ..Cell::default() }
+            }
+        })*
+    };
+}
+cell_from!(Text, &Text, String, &String, &str, &&str);
+
+/// Nothing is an empty cell.
+impl<T: Into<Cell>> From<Option<T>> for Cell {
+    fn from(value: Option<T>) -> Self {
+        value.map_or_else(Cell::default, Into::into)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_numbers_are_known_by_what_they_hold() {
+        let rows = [cells!["a", 1.0, ""], cells!["b", None::<f64>, ""]];
+        let table = Table::new("", ["name", "error", "blank"]).with(rows);
+        assert_eq!([0, 1, 2].map(|k| table.is_numeric(k)), [false, true, false]);
+        assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
+        assert_eq!(Cell::judged(Verdict::Agree, 1e-3).text(), "agree 0.00100");
+    }
+}
