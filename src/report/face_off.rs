@@ -257,6 +257,8 @@ fn lede(of: &FaceOffOutcome) -> Text {
         .flat_map(|f| &f.orders)
         .filter_map(order_words);
     told.extend(orders);
+    let missing = of.missing.iter();
+    told.extend(missing.map(|of| Text::message(&sentence(&of.message))));
     let findings = of.diagnosis.iter().flat_map(|d| &d.findings);
     told.extend(findings.map(|finding| text!("{}.", finding)));
     if !of.about.is_empty() {
@@ -515,6 +517,10 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
             ));
         }
     }
+    cases.extend(of.missing.iter().map(|missing| {
+        let name = format!("run of {}", missing.engine);
+        TestCase::new(&of.name, name, Verdict::Undetermined, missing.message.clone())
+    }));
     for field in &of.fields {
         for pair in worst_times(field).into_iter().filter(|pair| pair.judged) {
             let level = at(&pair.level);
