@@ -238,7 +238,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             _ => format!("{}(\n          {sum})", over(problem, measure)),
         }
     };
-    for Integral { measure, terms } in &residual {
+    for Integral { measure, terms, .. } in &residual {
         let products = terms.iter().map(|(test, c)| product(*c, &[*test]));
         sums.push(integral(measure, products.collect()));
     }

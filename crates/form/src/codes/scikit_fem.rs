@@ -2,7 +2,7 @@
 
 use super::Code;
 use super::python;
-use super::spelling::{Shared, Spelling, Words, measure, shared};
+use super::spelling::{Shared, Spelling, Words, comment, measure, shared};
 use crate::problem::{Domain, Element, Problem, Unknown};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -261,7 +261,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 2,
             ),
         };
-        s += &format!("\n\n# {title}\n");
+        s += &format!("\n\n# {}\n", comment(&title));
         if bases == 1 {
             s += &format!("basis{i} = {here}\n");
         } else {

@@ -268,11 +268,26 @@ pub fn measure(problem: &Problem, measure: &Measure) -> String {
 /// Longest line of an equation in the head.
 const WIDTH: usize = 110;
 
+/// An expression of more operations than this does not fit on a line.
+const SHORT: f64 = 110.0;
+
+/// A line of a comment: nothing in it ends the comment or a text, whatever a file contains.
+pub fn comment(text: &str) -> String {
+    let plain = |c: char| match c {
+        '\\' => '/',
+        '"' => '\'',
+        '\u{2028}' | '\u{2029}' => ' ',
+        c if c.is_control() => ' ',
+        c => c,
+    };
+    text.chars().map(plain).collect()
+}
+
 /// What a script solves, line by line: the weak form as it was written, its data, and the strong form.
 pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
     let mut lines = vec![match problem.about.is_empty() {
         true => problem.name.clone(),
-        false => format!("{}: {}", problem.name, problem.about.replace('\n', " ")),
+        false => format!("{}: {}", problem.name, problem.about),
     }];
     lines.push(String::new());
     let spaces = problem
@@ -333,7 +348,7 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
     }
     lines.push(String::new());
     lines.push(reads.to_owned());
-    lines
+    lines.iter().map(|line| comment(line)).collect()
 }
 
 fn component(name: &str, size: Option<usize>, component: usize) -> String {
@@ -396,6 +411,11 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
         let fluxes: Vec<Option<Id>> = (0..problem.dim)
             .map(|k| cells.terms.get(&leaf(Some(k))).copied())
             .collect();
+        let load = cells.terms.get(&leaf(None));
+        let all = fluxes.iter().flatten().chain(load);
+        if all.map(|id| problem.scalars.length(*id)).sum::<f64>() > SHORT {
+            return Vec::new();
+        }
         let shown = problem.clone();
         let plain = |node: Node| plain_end(&shown, node);
         let spelling = Spelling {
@@ -415,7 +435,7 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
                 );
             }
         }
-        if let Some(load) = cells.terms.get(&leaf(None)) {
+        if let Some(load) = load {
             let text = spelling.text(&problem.scalars, *load, &Shared::new());
             left += &match (left.is_empty(), text.strip_prefix('-')) {
                 (true, _) => text,
@@ -446,6 +466,9 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
             }
             all.rotate_left(1);
             let sum = problem.scalars.sum(all);
+            if problem.scalars.length(sum) > SHORT {
+                continue;
+            }
             let text = spelling.text(&problem.scalars, sum, &Shared::new());
             if text.len() <= WIDTH {
                 lines.push(format!(

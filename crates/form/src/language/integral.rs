@@ -71,7 +71,11 @@ impl Reader<'_> {
             };
             fault(term, what, format!("{remedy} {tests}"))
         })?;
-        Ok(Integral { measure, terms })
+        Ok(Integral {
+            measure,
+            terms,
+            at: term.start,
+        })
     }
 
     pub(super) fn field_name(&self, field: Field) -> String {
@@ -82,7 +86,12 @@ impl Reader<'_> {
         }
     }
 
-    pub(super) fn measure(&mut self, name: &str, arguments: &[Term]) -> Result<Measure> {
+    pub(super) fn measure(
+        &mut self,
+        whole: &Term,
+        name: &str,
+        arguments: &[Term],
+    ) -> Result<Measure> {
         let (domain, dim) = match name {
             "dx" => (Domain::Cells, self.names.dim),
             "ds" => (Domain::Boundary, self.names.dim - 1),
@@ -108,10 +117,28 @@ impl Reader<'_> {
                     ));
                 }
             };
-            groups.push(
-                find_group(self.names.groups, &word, dim)
-                    .map_err(|(what, remedy)| fault(term, what, remedy))?,
+            let found = find_group(self.names.groups, &word, dim)
+                .map_err(|(what, remedy)| fault(term, what, remedy))?;
+            let on = self.names.groups[found].on;
+            if on != Some(domain) {
+                let (what, remedy) = match on {
+                    Some(Domain::Boundary) => ("is on the boundary", "integrate over it with ds"),
+                    Some(_) => ("is between cells", "integrate over it with dS"),
+                    None => (
+                        "is partly on the boundary and partly between cells",
+                        "make two groups of it",
+                    ),
+                };
+                return Err(fault(term, format!("the group `{word}` {what}"), remedy));
+            }
+            groups.push(found);
+        }
+        if domain == Domain::Boundary && groups.is_empty() && self.names.unmarked > 0 {
+            let what = format!(
+                "{} facets of the boundary are in no group, and not all codes integrate over those",
+                self.names.unmarked
             );
+            return Err(fault(whole, what, "name groups: ds(a, b), or mark the whole boundary in the mesh"));
         }
         groups.sort_unstable();
         groups.dedup();
@@ -133,6 +160,12 @@ pub fn find_group(
         .iter()
         .enumerate()
         .find(|(_, group)| group.dim == dim && is_meant(group));
+    if let Some((_, group)) = found
+        && !(1..=i64::from(i32::MAX)).contains(&group.tag)
+    {
+        let what = format!("the group `{word}` has the number {}", group.tag);
+        return Err((what, "in most codes groups have positive numbers: change it in the mesh".into()));
+    }
     found.map(|(k, _)| k).ok_or_else(|| {
         let of_dim = groups.iter().filter(|group| group.dim == dim);
         let known: Vec<&str> = of_dim.map(|group| group.name.as_str()).collect();

@@ -10,6 +10,19 @@ use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 
 impl Reader<'_> {
     pub(super) fn meaning(&mut self, term: &Term) -> Result<Meaning> {
+        let meaning = self.unbounded(term)?;
+        match &meaning {
+            Meaning::Tensor(tensor)
+                if !tensor.entries.iter().all(|e| self.scalars.is_bounded(*e)) =>
+            {
+                let what = "the components of this expression are too long";
+                Err(fault(term, what, "nest fewer functions of tensors"))
+            }
+            _ => Ok(meaning),
+        }
+    }
+
+    fn unbounded(&mut self, term: &Term) -> Result<Meaning> {
         let tensor = match &term.kind {
             Kind::Number(value) => scalar(self.scalars.number(*value)),
             Kind::Name(name) => return self.named(term, name),
@@ -46,7 +59,7 @@ impl Reader<'_> {
                     ],
                 ) => self.restricted(term, function, side)?,
                 (Kind::Name(name), _) if ["dx", "ds", "dS"].contains(&name.as_str()) => {
-                    return Ok(Meaning::Measure(self.measure(name, arguments)?));
+                    return Ok(Meaning::Measure(self.measure(term, name, arguments)?));
                 }
                 (Kind::Name(name), _) => self.call(term, name, arguments)?,
                 _ => {
@@ -97,7 +110,7 @@ impl Reader<'_> {
                     .collect(),
             },
             "h" => scalar(self.scalars.push(Node::Diameter(Side::Here))),
-            "dx" | "ds" | "dS" => return Ok(Meaning::Measure(self.measure(name, &[])?)),
+            "dx" | "ds" | "dS" => return Ok(Meaning::Measure(self.measure(term, name, &[])?)),
             _ => match self.field(name) {
                 Some(tensor) => tensor,
                 None => return Err(self.unknown(term, name)),

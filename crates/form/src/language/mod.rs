@@ -10,7 +10,7 @@ pub use integral::find_group;
 use faceoff_fem::scene::expression::syntax::Term;
 
 use crate::problem::{Datum, Group, Integral, Measure, Parameter, Unknown};
-use crate::scalar::{Id, Scalars};
+use crate::scalar::{Id, Node, Scalars};
 
 /// The words that mean something: no parameter, datum or unknown may have such a name.
 pub const WORDS: [&str; 36] = [
@@ -54,6 +54,9 @@ pub const WORDS: [&str; 36] = [
 
 /// A tensor has at most as many entries as one of rank 4 in 3D.
 const MOST_ENTRIES: usize = 81;
+
+/// Formulas of data and conditions have at most as many operations.
+pub const MOST_LENGTH: f64 = 5_000.0;
 
 /// What is wrong with a text, where in it, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -104,6 +107,8 @@ pub struct Names<'a> {
     pub data: &'a [Datum],
     /// Those of the mesh.
     pub groups: &'a [Group],
+    /// The number of facets of the boundary in no group.
+    pub unmarked: usize,
 }
 
 /// Reads terms with some names.
@@ -147,8 +152,29 @@ impl<'a> Reader<'a> {
     /// A scalar function of the point, for data and conditions.
     ///
     /// # Errors
-    /// As [`Self::form`].
-    pub fn scalar(&mut self, term: &Term) -> Result<Id> {
+    /// As [`Self::form`]; the normal and the diameter of cells; a formula that is too long when its tensors are written out.
+    pub fn formula(&mut self, term: &Term) -> Result<Id> {
+        let id = self.scalar(term)?;
+        let nodes = self.scalars.nodes_of([id]);
+        let is_of_cells = |id: &Id| {
+            let node = self.scalars.node(*id);
+            matches!(node, Node::Normal(..) | Node::Diameter(_))
+        };
+        if nodes.iter().any(is_of_cells) {
+            let what = "n or h in a function of the point";
+            return Err(fault(term, what, "use n and h in F"));
+        }
+        match self.scalars.length(id) <= MOST_LENGTH {
+            true => Ok(id),
+            false => Err(fault(
+                term,
+                "this formula is too long when its tensors are written out",
+                "use fewer functions of tensors",
+            )),
+        }
+    }
+
+    fn scalar(&mut self, term: &Term) -> Result<Id> {
         let tensor = self.tensor(term)?;
         self.as_scalar(term, &tensor, "a scalar is needed here")
     }
