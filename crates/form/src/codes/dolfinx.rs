@@ -37,7 +37,7 @@ fn element(unknown: &Unknown) -> String {
 
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
-    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0);
+    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
     let imports = "import basix\nimport dolfinx\nimport ufl\nfrom dolfinx import fem, graph, io\nfrom dolfinx.fem import petsc\nfrom mpi4py import MPI\nfrom petsc4py import PETSc\n\
         from ufl import (\n    CellDiameter, FacetNormal, Identity, Measure, SpatialCoordinate, TestFunction, TestFunctions, acos, as_tensor, asin, atan, avg,\n    \
         conditional, cos, cosh, cross, curl, derivative, det, dev, div, dot, exp, ge, grad, gt, inner, inv, jump, le, ln, lt, max_value,\n    \

@@ -49,7 +49,7 @@ pub fn numpy(
     let spelling = Spelling {
         end: &end,
         call: numpy_call,
-        power: "**",
+        power: |base, n| n.after(base, "**"),
         choice: numpy_choice,
     };
     let text = spelling.text(scalars, id, &Shared::new());

@@ -7,9 +7,11 @@ use faceoff_fem::scene::expression::{Comparison, Function};
 use crate::problem::{Domain, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 
-/// Names of a problem in a script. Where a code or the language of its scripts knows a word already, an underscore follows.
+/// Names of a problem in a script. Where a code or the language of its scripts knows a word already, a mark follows.
 pub struct Words {
     taken: BTreeSet<String>,
+    /// `_`, or `0` where names have no underscores.
+    mark: char,
     whole: BTreeMap<Field, String>,
     parts: BTreeMap<Field, Vec<String>>,
     /// Of parameters.
@@ -18,8 +20,9 @@ pub struct Words {
 
 impl Words {
     /// `reserved` are words of the code; components of vectors count from `first`.
-    pub fn new(problem: &Problem, reserved: &str, first: usize) -> Self {
+    pub fn new(problem: &Problem, reserved: &str, first: usize, mark: char) -> Self {
         let mut words = Words {
+            mark,
             taken: reserved.split_whitespace().map(str::to_owned).collect(),
             whole: BTreeMap::new(),
             parts: BTreeMap::new(),
@@ -67,8 +70,11 @@ impl Words {
     /// A name that is not taken.
     pub fn fresh(&mut self, name: &str) -> String {
         let mut name = name.to_owned();
+        if self.mark != '_' {
+            name = name.replace('_', "");
+        }
         while !self.taken.insert(name.clone()) {
-            name.push('_');
+            name.push(self.mark);
         }
         name
     }
@@ -95,10 +101,28 @@ pub struct Spelling<'a> {
     pub end: &'a dyn Fn(Node) -> String,
     /// A function of one or two arguments.
     pub call: fn(Function, &[String]) -> String,
-    /// The sign of powers.
-    pub power: &'static str,
+    /// A power, of a base in brackets where it needs them.
+    pub power: fn(&str, &Exponent) -> String,
     /// Values of a choice: the comparison, its sides and both values.
     pub choice: fn(&str, &[String; 4]) -> String,
+}
+
+/// The exponent of a power.
+pub enum Exponent {
+    /// An integer from 2 to 9.
+    Integer(u8),
+    /// Any other number or expression as text, in brackets where it needs them.
+    Other(String),
+}
+
+impl Exponent {
+    /// The base, the sign of powers and the exponent.
+    pub fn after(&self, base: &str, sign: &str) -> String {
+        match self {
+            Exponent::Integer(n) => format!("{base}{sign}{n}"),
+            Exponent::Other(text) => format!("{base}{sign}{text}"),
+        }
+    }
 }
 
 /// How tightly an expression holds together.
@@ -185,12 +209,13 @@ impl Spelling<'_> {
                 Tight::Product,
             ),
             Node::Power(a, b) => {
-                let text = format!(
-                    "{}{}{}",
-                    within(a, Tight::Atom),
-                    self.power,
-                    within(b, Tight::Atom)
-                );
+                let exponent = match scalars.number_of(b) {
+                    Some(n) if n.fract() == 0.0 && (2.0..10.0).contains(&n) => {
+                        Exponent::Integer(n as u8)
+                    }
+                    _ => Exponent::Other(within(b, Tight::Atom)),
+                };
+                let text = (self.power)(&within(a, Tight::Atom), &exponent);
                 (text, Tight::Power)
             }
             Node::Call(function, a, b) => {
@@ -325,7 +350,7 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
     let spelling = Spelling {
         end: &plain,
         call: |function, a| format!("{}({})", function.names()[0], a.join(", ")),
-        power: "^",
+        power: |base, n| n.after(base, "^"),
         choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
     };
     for condition in &problem.conditions {
@@ -421,7 +446,7 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
         let spelling = Spelling {
             end: &plain,
             call: |function, a| format!("{}({})", function.names()[0], a.join(", ")),
-            power: "^",
+            power: |base, n| n.after(base, "^"),
             choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
         };
         let mut left = String::new();
