@@ -46,9 +46,12 @@ fn call(function: Function, arguments: &[String]) -> String {
     }
 }
 
-/// NGSolve differentiates integral powers of integral exponents, and all others by the logarithm, which negative bases do not have.
+/// NGSolve differentiates powers by the logarithm, which negative bases do not have, unless the exponent is a positive integer.
 fn power(base: &str, exponent: &Exponent) -> String {
-    exponent.after(base, "**")
+    match exponent {
+        Exponent::Integer(n) if *n < 0 => format!("(1.0/{base}**{})", -n),
+        _ => exponent.after(base, "**"),
+    }
 }
 
 /// `IfPos(a, b, c)` is b where a > 0.

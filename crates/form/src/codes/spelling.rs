@@ -109,8 +109,8 @@ pub struct Spelling<'a> {
 
 /// The exponent of a power.
 pub enum Exponent {
-    /// An integer from 2 to 9.
-    Integer(u8),
+    /// An integer from -9 to -1 or 2 to 9.
+    Integer(i8),
     /// Any other number or expression as text, in brackets where it needs them.
     Other(String),
 }
@@ -119,6 +119,7 @@ impl Exponent {
     /// The base, the sign of powers and the exponent.
     pub fn after(&self, base: &str, sign: &str) -> String {
         match self {
+            Exponent::Integer(n) if *n < 0 => format!("{base}{sign}({n}.0)"),
             Exponent::Integer(n) => format!("{base}{sign}{n}"),
             Exponent::Other(text) => format!("{base}{sign}{text}"),
         }
@@ -210,8 +211,8 @@ impl Spelling<'_> {
             ),
             Node::Power(a, b) => {
                 let exponent = match scalars.number_of(b) {
-                    Some(n) if n.fract() == 0.0 && (2.0..10.0).contains(&n) => {
-                        Exponent::Integer(n as u8)
+                    Some(n) if n.fract() == 0.0 && n.abs() < 10.0 => {
+                        Exponent::Integer(n as i8)
                     }
                     _ => Exponent::Other(within(b, Tight::Atom)),
                 };
@@ -253,7 +254,11 @@ pub fn shared(scalars: &Scalars, roots: &[Id], words: &mut Words) -> Vec<(Id, St
         let parts = scalars.node(*id).parts();
         size.insert(
             *id,
-            parts.iter().map(|part| size[part]).sum::<usize>() + usize::from(!parts.is_empty()),
+            parts
+                .iter()
+                .fold(usize::from(!parts.is_empty()), |sum, part| {
+                    sum.saturating_add(size[part])
+                }),
         );
         for part in parts {
             *uses.entry(part).or_default() += 1;

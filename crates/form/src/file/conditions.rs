@@ -59,10 +59,14 @@ impl<'a> File<'a> {
         };
         if parts.len() != space.count() {
             let name = &problem.unknowns[unknown].name;
+            let counted = |n: usize, what: &str| match n {
+                1 => format!("1 {what}"),
+                _ => format!("{n} {what}s"),
+            };
             let what = format!(
-                "{} values for {name}, which has {} components",
-                parts.len(),
-                space.count()
+                "{} for {name}, which has {}",
+                counted(parts.len(), "value"),
+                counted(space.count(), "component")
             );
             return Err(self.refuse(
                 entry.value.span().start,

@@ -2,6 +2,8 @@
 
 mod conditions;
 mod mesh;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeSet;
 use std::ops::Range;

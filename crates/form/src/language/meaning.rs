@@ -160,6 +160,10 @@ impl Reader<'_> {
     }
 
     pub(super) fn unknown(&self, term: &Term, name: &str) -> Fault {
+        if ["test", "free", "F"].contains(&name) {
+            let what = format!("`{name}` is not a value");
+            return fault(term, what, "test functions are called v, or test.u");
+        }
         if WORDS.contains(&name) || Function::of_name(name).is_some() {
             let remedy = format!("write its arguments: {name}(…)");
             return fault(term, format!("`{name}` is a function"), remedy);
