@@ -12,6 +12,7 @@ pub mod file;
 pub mod language;
 pub mod problem;
 pub mod scalar;
+mod swap;
 
 pub use file::is_form;
 pub use problem::Problem;

@@ -24,7 +24,7 @@ pub struct Problem {
     pub data: Vec<Datum>,
     /// Those of the mesh.
     pub groups: Vec<Group>,
-    /// F as a sum of integrals.
+    /// F as a sum of integrals, in its order.
     pub integrals: Vec<Integral>,
     /// Where values are held; of two that hold one dof, the later counts.
     pub conditions: Vec<Condition>,
@@ -147,6 +147,8 @@ pub struct Group {
     pub tag: i64,
     /// The dimension of its cells.
     pub dim: usize,
+    /// What it is part of: cells, the boundary or facets between cells; none where it is of some other kind.
+    pub on: Option<Domain>,
 }
 
 /// Over what is integrated.
@@ -176,6 +178,8 @@ pub struct Integral {
     pub measure: Measure,
     /// The coefficient of each component of a test function or of its gradient.
     pub terms: BTreeMap<Leaf, Id>,
+    /// Where it begins in F, in characters from 0.
+    pub at: usize,
 }
 
 /// u = g on a group of facets, at the dofs of the space.

@@ -1,6 +1,6 @@
 //! Scalar expressions as one shared graph: equal expressions are one node, so that what occurs twice is found and printed once.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use faceoff_fem::scene::expression::{Comparison, Function};
 
@@ -90,10 +90,16 @@ impl Node {
     }
 }
 
+/// Bounds of what is worked on recursively: far beyond any form that a person writes.
+const MOST_DEPTH: u32 = 250;
+const MOST_NODES: usize = 100_000;
+
 /// All expressions of a problem; a node comes after those that it is made of.
 #[derive(Debug, Clone, Default)]
 pub struct Scalars {
     nodes: Vec<Node>,
+    /// The longest path from each node to an end.
+    depths: Vec<u32>,
     known: HashMap<Node, Id>,
 }
 
@@ -122,11 +128,33 @@ impl Scalars {
 
     /// A node as it is; the constructors below simplify first.
     pub fn push(&mut self, node: Node) -> Id {
+        if let Some(known) = self.known.get(&node) {
+            return *known;
+        }
         let next = Id(self.nodes.len() as u32);
-        *self.known.entry(node).or_insert_with(|| {
-            self.nodes.push(node);
-            next
-        })
+        let parts = node.parts().into_iter();
+        let below = parts.map(|part| self.depths[part.0 as usize] + 1).max();
+        self.nodes.push(node);
+        self.depths.push(below.unwrap_or(0));
+        self.known.insert(node, next);
+        next
+    }
+
+    /// Can the expression be worked on recursively, whatever text it came from? Nested tensor functions make expressions that are much
+    /// deeper and larger than their text.
+    pub fn is_bounded(&self, id: Id) -> bool {
+        self.depths[id.0 as usize] <= MOST_DEPTH && self.nodes.len() <= MOST_NODES
+    }
+
+    /// The number of operations in an expression that is written out in full, where shared parts count as often as they occur.
+    pub fn length(&self, id: Id) -> f64 {
+        let mut lengths: HashMap<Id, f64> = HashMap::new();
+        for each in self.nodes_of([id]) {
+            let parts = self.node(each).parts();
+            let sum: f64 = parts.iter().map(|part| lengths[part]).sum();
+            lengths.insert(each, sum + 1.0);
+        }
+        lengths[&id]
     }
 
     /// A number.
@@ -284,7 +312,7 @@ impl Scalars {
     /// All nodes of some expressions, each once, parts first.
     pub fn nodes_of(&self, roots: impl IntoIterator<Item = Id>) -> Vec<Id> {
         let mut wanted: Vec<Id> = roots.into_iter().collect();
-        let mut seen = std::collections::BTreeSet::new();
+        let mut seen = BTreeSet::new();
         while let Some(id) = wanted.pop() {
             if seen.insert(id) {
                 wanted.extend(self.node(id).parts());
@@ -462,53 +490,70 @@ impl Scalars {
         id: Id,
         is_argument: &impl Fn(&Leaf) -> bool,
     ) -> Result<BTreeMap<Leaf, Id>, NotLinear> {
-        let has = |s: &Self, part: Id| s.leaves([part]).iter().any(is_argument);
-        match self.node(id) {
-            Node::Leaf(leaf) if is_argument(&leaf) => Ok([(leaf, self.number(1.0))].into()),
-            _ if self.is_zero(id) => Ok(BTreeMap::new()),
-            _ if !has(self, id) => Err(NotLinear::Without),
+        let mut with = BTreeSet::new();
+        for each in self.nodes_of([id]) {
+            let is_end = matches!(self.node(each), Node::Leaf(leaf) if is_argument(&leaf));
+            if is_end || self.node(each).parts().iter().any(|part| with.contains(part)) {
+                with.insert(each);
+            }
+        }
+        self.linear_in(id, &with, &mut HashMap::new())
+    }
+
+    /// The same, given all nodes that contain an argument.
+    fn linear_in(
+        &mut self,
+        id: Id,
+        with: &BTreeSet<Id>,
+        done: &mut HashMap<Id, Coefficients>,
+    ) -> Result<Coefficients, NotLinear> {
+        if let Some(known) = done.get(&id) {
+            return Ok(known.clone());
+        }
+        let has = |part: Id| with.contains(&part);
+        let found: Coefficients = match self.node(id) {
+            _ if self.is_zero(id) => Coefficients::new(),
+            _ if !has(id) => return Err(NotLinear::Without),
+            Node::Leaf(leaf) => [(leaf, self.number(1.0))].into(),
             Node::Add(a, b) => {
-                let mut all = self.linear(a, is_argument)?;
-                for (leaf, coefficient) in self.linear(b, is_argument)? {
-                    let before = all.get(&leaf).copied();
-                    let sum = match before {
-                        Some(before) => self.add(before, coefficient),
+                let mut all = self.linear_in(a, with, done)?;
+                for (leaf, coefficient) in self.linear_in(b, with, done)? {
+                    let sum = match all.get(&leaf) {
+                        Some(before) => self.add(*before, coefficient),
                         None => coefficient,
                     };
                     all.insert(leaf, sum);
                 }
-                Ok(all)
+                all
             }
-            Node::Multiply(a, b) if has(self, a) && has(self, b) => Err(NotLinear::Twice),
+            Node::Multiply(a, b) if has(a) && has(b) => return Err(NotLinear::Twice),
             Node::Multiply(a, b) => {
-                let (factor, rest) = if has(self, a) { (b, a) } else { (a, b) };
-                let rest = self.linear(rest, is_argument)?;
-                let scaled = rest.into_iter();
-                Ok(scaled
-                    .map(|(leaf, c)| (leaf, self.multiply(factor, c)))
-                    .collect())
+                let (factor, rest) = if has(a) { (b, a) } else { (a, b) };
+                let rest = self.linear_in(rest, with, done)?.into_iter();
+                rest.map(|(leaf, c)| (leaf, self.multiply(factor, c)))
+                    .collect()
             }
-            Node::Divide(a, b) if !has(self, b) => {
-                let above = self.linear(a, is_argument)?.into_iter();
-                Ok(above.map(|(leaf, c)| (leaf, self.divide(c, b))).collect())
+            Node::Divide(a, b) if !has(b) => {
+                let above = self.linear_in(a, with, done)?.into_iter();
+                above.map(|(leaf, c)| (leaf, self.divide(c, b))).collect()
             }
-            Node::If(comparison, [a, b, then, otherwise]) if !has(self, a) && !has(self, b) => {
-                let [then, otherwise] = [
-                    self.linear(then, is_argument)?,
-                    self.linear(otherwise, is_argument)?,
-                ];
+            Node::If(comparison, [a, b, then, otherwise]) if !has(a) && !has(b) => {
+                let then = self.linear_in(then, with, done)?;
+                let otherwise = self.linear_in(otherwise, with, done)?;
                 let zero = self.number(0.0);
-                let leaves: std::collections::BTreeSet<Leaf> =
+                let leaves: BTreeSet<Leaf> =
                     then.keys().chain(otherwise.keys()).copied().collect();
-                let of = |all: &BTreeMap<Leaf, Id>, leaf| all.get(&leaf).copied().unwrap_or(zero);
+                let of = |all: &Coefficients, leaf| all.get(&leaf).copied().unwrap_or(zero);
                 let each = leaves.into_iter().map(|leaf| {
                     let parts = [a, b, of(&then, leaf), of(&otherwise, leaf)];
                     (leaf, self.choose(comparison, parts))
                 });
-                Ok(each.collect())
+                each.collect()
             }
-            _ => Err(NotLinear::Inside),
-        }
+            _ => return Err(NotLinear::Inside),
+        };
+        done.insert(id, found.clone());
+        Ok(found)
     }
 
     /// The value, given those of the ends; numbers and π are known.
@@ -538,6 +583,9 @@ impl Scalars {
         values[&id]
     }
 }
+
+/// The coefficient of each leaf in which an expression is linear.
+type Coefficients = BTreeMap<Leaf, Id>;
 
 /// Why an expression is not a linear form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -37,10 +37,10 @@ fn element(unknown: &Unknown) -> String {
 
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
-    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0);
+    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
     let imports = "import basix\nimport dolfinx\nimport ufl\nfrom dolfinx import fem, graph, io\nfrom dolfinx.fem import petsc\nfrom mpi4py import MPI\nfrom petsc4py import PETSc\n\
         from ufl import (\n    CellDiameter, FacetNormal, Identity, Measure, SpatialCoordinate, TestFunction, TestFunctions, acos, as_tensor, asin, atan, avg,\n    \
-        cofac, conditional, cos, cosh, cross, curl, derivative, det, dev, div, dot, exp, ge, grad, gt, inner, inv, jump, le, ln, lt, max_value,\n    \
+        conditional, cos, cosh, cross, curl, derivative, det, dev, div, dot, exp, ge, grad, gt, inner, inv, jump, le, ln, lt, max_value,\n    \
         min_value, outer, pi, sign, sin, sinh, skew, sqrt, sym, tan, tanh, tr, transpose,\n)";
     let mut s = python::top(problem, CODE.suffix, imports, &words);
     let cell = if dim == 2 { "triangle" } else { "tetrahedron" };
@@ -96,6 +96,14 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 );
             }
         }
+    }
+    let texts = problem.data.iter().flat_map(|datum| &datum.texts);
+    let uses = |word: &str| texts.clone().any(|text| text.contains(word)) || problem.form.0.contains(word);
+    if uses("cofac") {
+        s += COFACTORS;
+    }
+    if uses("atan2") {
+        s += "atan2 = getattr(ufl, \"atan2\", None) or ufl.atan_2\n";
     }
     s += "x = SpatialCoordinate(mesh)\n";
     if problem.form.0.contains('n') {
@@ -233,6 +241,19 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         .collect();
     Ok(s + python::bottom(problem.output(), kind, &values).trim_start_matches('\n'))
 }
+
+const COFACTORS: &str = r#"
+
+def cofac(A):
+    """The matrix of cofactors, det(A) inv(A).T; UFL's own is its transpose in some releases."""
+    if A.ufl_shape == (2, 2):
+        return as_tensor([[A[1, 1], -A[1, 0]], [-A[0, 1], A[0, 0]]])
+    minor = lambda i, j, k, l: A[i, j]*A[k, l] - A[i, l]*A[k, j]
+    rows = [[minor((i + 1) % 3, (j + 1) % 3, (i + 2) % 3, (j + 2) % 3) for j in range(3)] for i in range(3)]
+    return as_tensor(rows)
+
+
+"#;
 
 /// A function of the point in a lambda of dolfinx, whose argument `x` has the coordinates as rows.
 fn at_points(problem: &Problem, words: &Words, id: Id) -> String {

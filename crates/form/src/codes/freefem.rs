@@ -91,7 +91,7 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
 
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
-    let words = Words::new(problem, RESERVED, 1);
+    let words = Words::new(problem, RESERVED, 1, '0');
     let residual = problem.residual();
     let jacobian: Vec<_> = residual
         .iter()
@@ -155,7 +155,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let spelling = Spelling {
         end: &ends,
         call,
-        power: "^",
+        power: |base, n| n.after(base, "^"),
         choice,
     };
     let formulas = Spelling {
@@ -163,7 +163,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         ..Spelling {
             end: &ends,
             call,
-            power: "^",
+            power: |base, n| n.after(base, "^"),
             choice,
         }
     };
@@ -201,7 +201,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let found = shared(
         &problem.scalars,
         &roots,
-        &mut Words::new(problem, RESERVED, 1),
+        &mut Words::new(problem, RESERVED, 1, '0'),
     );
     let mut known = Shared::new();
     for (id, name) in &found {
@@ -238,7 +238,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             _ => format!("{}(\n          {sum})", over(problem, measure)),
         }
     };
-    for Integral { measure, terms } in &residual {
+    for Integral { measure, terms, .. } in &residual {
         let products = terms.iter().map(|(test, c)| product(*c, &[*test]));
         sums.push(integral(measure, products.collect()));
     }

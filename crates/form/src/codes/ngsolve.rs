@@ -4,7 +4,7 @@ use faceoff_fem::scene::expression::Function;
 
 use super::Code;
 use super::python;
-use super::spelling::{Shared, Spelling, Words, shared};
+use super::spelling::{Exponent, Shared, Spelling, Words, shared};
 use crate::problem::{Domain, Element, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -43,6 +43,14 @@ fn call(function: Function, arguments: &[String]) -> String {
         (Function::Abs, [a, ..]) => format!("IfPos({a}, {a}, -({a}))"),
         (Function::Tanh, [a, ..]) => format!("(sinh({a})/cosh({a}))"),
         _ => format!("{}({all})", function.names()[0]),
+    }
+}
+
+/// NGSolve differentiates powers by the logarithm, which negative bases do not have, unless the exponent is a positive integer.
+fn power(base: &str, exponent: &Exponent) -> String {
+    match exponent {
+        Exponent::Integer(n) if *n < 0 => format!("(1.0/{base}**{})", -n),
+        _ => exponent.after(base, "**"),
     }
 }
 
@@ -90,7 +98,7 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
 
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
-    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0);
+    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
     let imports = "import netgen.meshing as netgen\nimport ngsolve\nfrom ngsolve import (\n    BND, CF, SEGM, TET, TRIG, VOL, IfPos, acos, asin, atan, atan2, cos, cosh, ds, dx, exp, grad, log, sin, sinh, specialcf, sqrt, tan, x, y, z\n)";
     let mut s = python::top(problem, CODE.suffix, imports, &words);
     let boundaries: Vec<usize> = (0..problem.groups.len())
@@ -125,7 +133,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let spelling = Spelling {
         end: &ends,
         call,
-        power: "**",
+        power,
         choice,
     };
     let none = Shared::new();
@@ -187,7 +195,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let spelling = Spelling {
         end: &ends,
         call,
-        power: "**",
+        power,
         choice,
     };
     let roots: Vec<Id> = residual
@@ -197,7 +205,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let found = shared(
         &problem.scalars,
         &roots,
-        &mut Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0),
+        &mut Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_'),
     );
     let mut known = Shared::new();
     for (id, name) in &found {

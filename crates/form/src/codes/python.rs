@@ -49,7 +49,7 @@ pub fn numpy(
     let spelling = Spelling {
         end: &end,
         call: numpy_call,
-        power: "**",
+        power: |base, n| n.after(base, "**"),
         choice: numpy_choice,
     };
     let text = spelling.text(scalars, id, &Shared::new());
@@ -77,7 +77,7 @@ pub fn top(problem: &mut Problem, suffix: &str, imports: &str, words: &Words) ->
     );
     let mut s = format!(
         "\"\"\"{}\n\"\"\"\n\nimport sys\nfrom pathlib import Path\n\nimport numpy as np\n{imports}\n",
-        text.join("\n").replace('\\', "/")
+        text.join("\n")
     );
     s += &format!(
         "\nhere = Path(__file__)\nreads, writes = sys.argv[1:3] or (here.with_name(\"{mesh}\"), here.with_suffix(\".vtu\"))\n"

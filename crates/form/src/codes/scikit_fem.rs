@@ -2,7 +2,7 @@
 
 use super::Code;
 use super::python;
-use super::spelling::{Shared, Spelling, Words, measure, shared};
+use super::spelling::{Shared, Spelling, Words, comment, measure, shared};
 use crate::problem::{Domain, Element, Problem, Unknown};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -98,7 +98,7 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
 
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
-    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0);
+    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
     let elements = problem
         .unknowns
         .iter()
@@ -177,15 +177,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             .chain(by.values())
             .copied()
             .collect();
-        let used = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0);
+        let used = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
         let ends = |node: Node| end(problem, &used, node);
         let spelling = Spelling {
             end: &ends,
             call: python::numpy_call,
-            power: "**",
+            power: |base, n| n.after(base, "**"),
             choice: python::numpy_choice,
         };
-        let mut fresh = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0);
+        let mut fresh = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
         let found = shared(&problem.scalars, &roots, &mut fresh);
         let body = |products: Vec<(Id, Vec<Leaf>)>| {
             let needed = problem.scalars.nodes_of(products.iter().map(|(c, _)| *c));
@@ -261,7 +261,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 2,
             ),
         };
-        s += &format!("\n\n# {title}\n");
+        s += &format!("\n\n# {}\n", comment(&title));
         if bases == 1 {
             s += &format!("basis{i} = {here}\n");
         } else {

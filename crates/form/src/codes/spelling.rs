@@ -7,9 +7,11 @@ use faceoff_fem::scene::expression::{Comparison, Function};
 use crate::problem::{Domain, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 
-/// Names of a problem in a script. Where a code or the language of its scripts knows a word already, an underscore follows.
+/// Names of a problem in a script. Where a code or the language of its scripts knows a word already, a mark follows.
 pub struct Words {
     taken: BTreeSet<String>,
+    /// `_`, or `0` where names have no underscores.
+    mark: char,
     whole: BTreeMap<Field, String>,
     parts: BTreeMap<Field, Vec<String>>,
     /// Of parameters.
@@ -18,8 +20,9 @@ pub struct Words {
 
 impl Words {
     /// `reserved` are words of the code; components of vectors count from `first`.
-    pub fn new(problem: &Problem, reserved: &str, first: usize) -> Self {
+    pub fn new(problem: &Problem, reserved: &str, first: usize, mark: char) -> Self {
         let mut words = Words {
+            mark,
             taken: reserved.split_whitespace().map(str::to_owned).collect(),
             whole: BTreeMap::new(),
             parts: BTreeMap::new(),
@@ -67,8 +70,11 @@ impl Words {
     /// A name that is not taken.
     pub fn fresh(&mut self, name: &str) -> String {
         let mut name = name.to_owned();
+        if self.mark != '_' {
+            name = name.replace('_', "");
+        }
         while !self.taken.insert(name.clone()) {
-            name.push('_');
+            name.push(self.mark);
         }
         name
     }
@@ -95,10 +101,29 @@ pub struct Spelling<'a> {
     pub end: &'a dyn Fn(Node) -> String,
     /// A function of one or two arguments.
     pub call: fn(Function, &[String]) -> String,
-    /// The sign of powers.
-    pub power: &'static str,
+    /// A power, of a base in brackets where it needs them.
+    pub power: fn(&str, &Exponent) -> String,
     /// Values of a choice: the comparison, its sides and both values.
     pub choice: fn(&str, &[String; 4]) -> String,
+}
+
+/// The exponent of a power.
+pub enum Exponent {
+    /// An integer from -9 to -1 or 2 to 9.
+    Integer(i8),
+    /// Any other number or expression as text, in brackets where it needs them.
+    Other(String),
+}
+
+impl Exponent {
+    /// The base, the sign of powers and the exponent.
+    pub fn after(&self, base: &str, sign: &str) -> String {
+        match self {
+            Exponent::Integer(n) if *n < 0 => format!("{base}{sign}({n}.0)"),
+            Exponent::Integer(n) => format!("{base}{sign}{n}"),
+            Exponent::Other(text) => format!("{base}{sign}{text}"),
+        }
+    }
 }
 
 /// How tightly an expression holds together.
@@ -185,12 +210,13 @@ impl Spelling<'_> {
                 Tight::Product,
             ),
             Node::Power(a, b) => {
-                let text = format!(
-                    "{}{}{}",
-                    within(a, Tight::Atom),
-                    self.power,
-                    within(b, Tight::Atom)
-                );
+                let exponent = match scalars.number_of(b) {
+                    Some(n) if n.fract() == 0.0 && n.abs() < 10.0 => {
+                        Exponent::Integer(n as i8)
+                    }
+                    _ => Exponent::Other(within(b, Tight::Atom)),
+                };
+                let text = (self.power)(&within(a, Tight::Atom), &exponent);
                 (text, Tight::Power)
             }
             Node::Call(function, a, b) => {
@@ -228,7 +254,11 @@ pub fn shared(scalars: &Scalars, roots: &[Id], words: &mut Words) -> Vec<(Id, St
         let parts = scalars.node(*id).parts();
         size.insert(
             *id,
-            parts.iter().map(|part| size[part]).sum::<usize>() + usize::from(!parts.is_empty()),
+            parts
+                .iter()
+                .fold(usize::from(!parts.is_empty()), |sum, part| {
+                    sum.saturating_add(size[part])
+                }),
         );
         for part in parts {
             *uses.entry(part).or_default() += 1;
@@ -268,11 +298,26 @@ pub fn measure(problem: &Problem, measure: &Measure) -> String {
 /// Longest line of an equation in the head.
 const WIDTH: usize = 110;
 
+/// An expression of more operations than this does not fit on a line.
+const SHORT: f64 = 110.0;
+
+/// A line of a comment: nothing in it ends the comment or a text, whatever a file contains.
+pub fn comment(text: &str) -> String {
+    let plain = |c: char| match c {
+        '\\' => '/',
+        '"' => '\'',
+        '\u{2028}' | '\u{2029}' => ' ',
+        c if c.is_control() => ' ',
+        c => c,
+    };
+    text.chars().map(plain).collect()
+}
+
 /// What a script solves, line by line: the weak form as it was written, its data, and the strong form.
 pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
     let mut lines = vec![match problem.about.is_empty() {
         true => problem.name.clone(),
-        false => format!("{}: {}", problem.name, problem.about.replace('\n', " ")),
+        false => format!("{}: {}", problem.name, problem.about),
     }];
     lines.push(String::new());
     let spaces = problem
@@ -310,7 +355,7 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
     let spelling = Spelling {
         end: &plain,
         call: |function, a| format!("{}({})", function.names()[0], a.join(", ")),
-        power: "^",
+        power: |base, n| n.after(base, "^"),
         choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
     };
     for condition in &problem.conditions {
@@ -333,7 +378,7 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
     }
     lines.push(String::new());
     lines.push(reads.to_owned());
-    lines
+    lines.iter().map(|line| comment(line)).collect()
 }
 
 fn component(name: &str, size: Option<usize>, component: usize) -> String {
@@ -396,12 +441,17 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
         let fluxes: Vec<Option<Id>> = (0..problem.dim)
             .map(|k| cells.terms.get(&leaf(Some(k))).copied())
             .collect();
+        let load = cells.terms.get(&leaf(None));
+        let all = fluxes.iter().flatten().chain(load);
+        if all.map(|id| problem.scalars.length(*id)).sum::<f64>() > SHORT {
+            return Vec::new();
+        }
         let shown = problem.clone();
         let plain = |node: Node| plain_end(&shown, node);
         let spelling = Spelling {
             end: &plain,
             call: |function, a| format!("{}({})", function.names()[0], a.join(", ")),
-            power: "^",
+            power: |base, n| n.after(base, "^"),
             choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
         };
         let mut left = String::new();
@@ -415,7 +465,7 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
                 );
             }
         }
-        if let Some(load) = cells.terms.get(&leaf(None)) {
+        if let Some(load) = load {
             let text = spelling.text(&problem.scalars, *load, &Shared::new());
             left += &match (left.is_empty(), text.strip_prefix('-')) {
                 (true, _) => text,
@@ -446,6 +496,9 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
             }
             all.rotate_left(1);
             let sum = problem.scalars.sum(all);
+            if problem.scalars.length(sum) > SHORT {
+                continue;
+            }
             let text = spelling.text(&problem.scalars, sum, &Shared::new());
             if text.len() <= WIDTH {
                 lines.push(format!(

@@ -44,11 +44,17 @@ impl Editor<'_> {
             at = *end;
         }
         text.extend(&self.chars[at..]);
-        text
+        // Python takes no other blanks than these.
+        let plain = |c: char| if c.is_whitespace() && c != '\n' { ' ' } else { c };
+        text.chars().map(plain).collect()
     }
 
     fn term(&mut self, term: &Term) {
         match &term.kind {
+            // Python refuses 007.
+            Kind::Number(value) if self.chars[term.start] == '0' => {
+                self.replace(term.start, term.end, value.to_string());
+            }
             Kind::Number(_) | Kind::Text(_) => {}
             Kind::Name(name) => {
                 if let Some(new) = self.name(name) {

@@ -1,21 +1,27 @@
 //! Form files: TOML to a checked [`Problem`], with the place of every fault.
 
+mod conditions;
+mod mesh;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
 
 use faceoff_fem::scene::expression::Function;
-use faceoff_fem::scene::expression::syntax::{Kind, Term};
-use faceoff_mesh::CellKind;
+use faceoff_fem::scene::expression::syntax::Term;
 use faceoff_mesh::error::{Error, Place, Result, meant};
 use faceoff_mesh::mesh::Mesh;
 use toml::de::{DeTable, DeValue};
 
-use crate::language::{Fault, Names, Reader, WORDS, find_group};
-use crate::problem::{Condition, Datum, Element, Group, Parameter, Problem, Space, Unknown};
-use crate::scalar::{Field, Node, Scalars};
+use crate::language::{Fault, Names, Reader, WORDS};
+use crate::problem::{Datum, Element, Parameter, Problem, Space, Unknown};
+use crate::scalar::Scalars;
 
-/// The highest degree of rules, which all codes share: on cells, and on facets.
+use mesh::Marks;
+
+/// The highest degrees of the rules that all codes share: on cells, and on edges.
 const MOST_DEGREE: [usize; 2] = [5, 9];
 
 type Value<'a> = toml::Spanned<DeValue<'a>>;
@@ -174,8 +180,12 @@ impl<'a> File<'a> {
                 )
             })
         };
-        let dim = self.dimension(mesh)?;
-        let groups = groups(mesh);
+        let Marks {
+            dim,
+            groups,
+            unmarked,
+        } = Marks::new(&self.origin.display().to_string(), mesh)?;
+        let name = self.title(need("name")?.value)?;
         let mut taken = BTreeSet::new();
         let unknowns = self.unknowns(need("spaces")?, dim, &mut taken)?;
         let parameters = match find("parameters") {
@@ -212,12 +222,13 @@ impl<'a> File<'a> {
             parameters: &parameters,
             data: &data,
             groups: &groups,
+            unmarked,
         };
         let integrals = Reader::new(names, &mut scalars)
             .form(&term)
             .map_err(|fault| self.fault(entry.value, &text, fault))?;
         let mut problem = Problem {
-            name: self.text_of(need("name")?.value)?,
+            name,
             about: find("about")
                 .map(|entry| self.text_of(entry.value))
                 .transpose()?
@@ -237,8 +248,25 @@ impl<'a> File<'a> {
         if let Some(entry) = find("dirichlet") {
             self.conditions(entry, &mut problem)?;
         }
-        self.check(&problem, entry.value)?;
+        self.check(&mut problem, entry.value)?;
         Ok(problem)
+    }
+
+    /// The name of the problem, which is part of the names of its files.
+    fn title(&self, value: &'a Value<'a>) -> Result<String> {
+        let name = self.text_of(value)?;
+        let is_part = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+        match name.len() <= 64
+            && name.chars().all(is_part)
+            && name.starts_with(|c: char| c.is_ascii_alphanumeric())
+        {
+            true => Ok(name),
+            false => Err(self.refuse(
+                value.span().start,
+                "this cannot be the name of a file",
+                "use at most 64 letters, digits, `-`, `_` and `.`, a letter or digit first",
+            )),
+        }
     }
 
     fn known(&self, entries: &[Entry<'_>], keys: &[&str]) -> Result<()> {
@@ -255,21 +283,6 @@ impl<'a> File<'a> {
                     format!("there is no key `{}`", entry.key),
                     remedy,
                 ))
-            }
-        }
-    }
-
-    fn dimension(&self, mesh: &Mesh) -> Result<usize> {
-        let dim = mesh.dim();
-        let cells = || mesh.blocks.iter().filter(|block| block.kind.dim() == dim);
-        match cells()
-            .all(|block| block.kind == CellKind::Triangle || block.kind == CellKind::Tetrahedron)
-            && dim > 1
-        {
-            true => Ok(dim.into()),
-            false => {
-                let what = "forms are solved on triangles or tetrahedra with straight edges, and the mesh has other cells";
-                Err(self.refuse(0, what, "convert the mesh: faceoff mesh convert"))
             }
         }
     }
@@ -403,21 +416,10 @@ impl<'a> File<'a> {
                     parameters,
                     data: &[],
                     groups: &[],
+                    unmarked: 0,
                 };
-                let id = Reader::new(names, scalars).scalar(&term);
+                let id = Reader::new(names, scalars).formula(&term);
                 let id = id.map_err(|fault| self.fault(part, &text, fault))?;
-                if scalars
-                    .nodes_of([id])
-                    .iter()
-                    .any(|id| matches!(scalars.node(*id), Node::Normal(..) | Node::Diameter(_)))
-                {
-                    let remedy = "data are functions of the point: use n and h in F";
-                    return Err(self.refuse(
-                        part.span().start,
-                        format!("the datum {name} contains n or h"),
-                        remedy,
-                    ));
-                }
                 components.push(id);
                 texts.push(text);
             }
@@ -466,144 +468,6 @@ impl<'a> File<'a> {
         list.iter()
             .try_for_each(|part| self.parts(part, depth + 1, shape, parts))
     }
-
-    fn conditions(&self, entry: &Entry<'a>, problem: &mut Problem) -> Result<()> {
-        for each in self.entries(entry.value, "dirichlet")? {
-            let unknown = problem.unknowns.iter().position(|u| u.name == each.key);
-            match (unknown, each.value.get_ref().is_table()) {
-                (Some(unknown), true) => {
-                    for held in self.entries(each.value, "dirichlet")? {
-                        self.condition(&held, unknown, problem)?;
-                    }
-                }
-                (None, false) if problem.unknowns.len() == 1 => {
-                    self.condition(&each, 0, problem)?
-                }
-                (None, true) => {
-                    let known: Vec<&str> =
-                        problem.unknowns.iter().map(|u| u.name.as_str()).collect();
-                    let remedy = format!("the unknowns are {}", known.join(", "));
-                    return Err(self.refuse(
-                        each.place.start,
-                        format!("there is no unknown `{}`", each.key),
-                        remedy,
-                    ));
-                }
-                _ => {
-                    let what = "with several unknowns it is not clear which one is held";
-                    return Err(self.refuse(each.place.start, what, "write u = {left = \"…\"}"));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn condition(&self, entry: &Entry<'a>, unknown: usize, problem: &mut Problem) -> Result<()> {
-        let at = entry.place.start;
-        let group = find_group(&problem.groups, entry.key, problem.dim - 1)
-            .map_err(|(what, remedy)| self.refuse(at, what, remedy))?;
-        let space = problem.unknowns[unknown].space;
-        if matches!(space.element, Element::Broken(_)) {
-            let what = format!(
-                "{} has no dofs on facets, so that nothing can be held there",
-                space.name()
-            );
-            return Err(self.refuse(at, what, "hold the values weakly, by terms of F on ds"));
-        }
-        let parts: Vec<&Value<'a>> = match entry.value.get_ref().as_array() {
-            Some(list) => list.iter().collect(),
-            None => vec![entry.value],
-        };
-        if parts.len() != space.count() {
-            let name = &problem.unknowns[unknown].name;
-            let what = format!(
-                "{} values for {name}, which has {} components",
-                parts.len(),
-                space.count()
-            );
-            return Err(self.refuse(
-                entry.value.span().start,
-                what,
-                "give one for each; \"free\" leaves one free",
-            ));
-        }
-        for (component, part) in parts.into_iter().enumerate() {
-            let (text, term) = self.term(part)?;
-            if matches!(&term.kind, Kind::Name(name) if name == "free") {
-                continue;
-            }
-            let names = Names {
-                dim: problem.dim,
-                unknowns: &[],
-                parameters: &problem.parameters,
-                data: &problem.data,
-                groups: &[],
-            };
-            let value = Reader::new(names, &mut problem.scalars).scalar(&term);
-            let value = value.map_err(|fault| self.fault(part, &text, fault))?;
-            let data = &problem.data;
-            // Data are put in as formulas.
-            let value = problem.scalars.map(value, &mut |_, node| match node {
-                Node::Leaf(leaf) => match leaf.field {
-                    Field::Datum(k) => Some(data[k].components[leaf.component]),
-                    _ => None,
-                },
-                _ => None,
-            });
-            problem.conditions.push(Condition {
-                unknown,
-                component,
-                group,
-                value,
-            });
-        }
-        Ok(())
-    }
-
-    /// Does F say something of every unknown, and is each held?
-    fn check(&self, problem: &Problem, form: &Value<'_>) -> Result<()> {
-        let at = form.span().start;
-        let all = problem.integrals.iter().flat_map(|i| &i.terms);
-        for (k, unknown) in problem.unknowns.iter().enumerate() {
-            let name = &unknown.name;
-            for component in 0..unknown.space.count() {
-                let of = match unknown.space.size {
-                    None => String::new(),
-                    Some(_) => format!("[{component}]"),
-                };
-                let is_tested = |field| field == Field::Test(k);
-                if !all
-                    .clone()
-                    .any(|(test, _)| is_tested(test.field) && test.component == component)
-                {
-                    let what = format!("no term of F has the test function {}{of}", unknown.test);
-                    return Err(self.refuse(at, what, "each unknown needs an equation"));
-                }
-                let leaves = problem.scalars.leaves(all.clone().map(|(_, c)| *c));
-                let mut of_it = leaves
-                    .iter()
-                    .filter(|leaf| leaf.field == Field::Unknown(k) && leaf.component == component)
-                    .peekable();
-                if of_it.peek().is_none() {
-                    let what = format!("F does not depend on {name}{of}");
-                    return Err(self.refuse(at, what, "use it, or take it out of [spaces]"));
-                }
-                let is_held = problem
-                    .conditions
-                    .iter()
-                    .any(|c| c.unknown == k && c.component == component);
-                if !is_held && of_it.all(|leaf| leaf.axis.is_some()) {
-                    let what = format!(
-                        "nothing holds {name}{of}: F depends on its gradient only, so that a constant is free"
-                    );
-                    let remedy =
-                        "hold it on a group under [dirichlet], or add a term with its values";
-                    return Err(self.refuse(at, what, remedy));
-                }
-            }
-        }
-        Ok(())
-    }
 }
 
 fn article(word: &str) -> &'static str {
@@ -646,14 +510,4 @@ fn space(text: &str, dim: usize) -> Option<Space> {
         _ => return None,
     };
     Some(Space { element, size })
-}
-
-/// The groups of cells and of facets of a mesh.
-fn groups(mesh: &Mesh) -> Vec<Group> {
-    let each = mesh.groups.iter().map(|group| Group {
-        name: group.name.clone().unwrap_or_else(|| group.tag.to_string()),
-        tag: group.tag,
-        dim: group.dim.into(),
-    });
-    each.collect()
 }
