@@ -315,7 +315,7 @@ fn the_gallery_agrees_as_the_manual_says() {
             }
         }
         table += &format!(
-            "| [{name}](https://github.com/OWNER/faceoff/blob/main/examples/forms/{name}.toml) | {} | {} | {} | {} |\n",
+            "| `{name}` | {} | {} | {} | {} |\n",
             spaces.join(", "), codes.join(", "), power(most), orders.join(", ")
         );
     }
