@@ -13,7 +13,12 @@ const CODES: [&str; 4] = ["freefem", "dolfinx", "scikit-fem", "ngsolve"];
 
 /// The program, where scikit-fem and NGSolve are in the first Python of the path.
 fn run(folder: &Path, words: &[&str]) -> Ran {
-    told(with_codes(&mut faceoff(folder)).args(words).output().unwrap())
+    told(
+        with_codes(&mut faceoff(folder))
+            .args(words)
+            .output()
+            .unwrap(),
+    )
 }
 
 fn with_codes(command: &mut Command) -> &mut Command {
@@ -46,9 +51,9 @@ fn verify(folder: &Path, file: &str, words: &[&str]) -> (Ran, Value) {
 fn largest(field: &Value) -> f64 {
     let pairs = field["pairs"].as_array().unwrap();
     assert!(!pairs.is_empty(), "{field}");
-    pairs
-        .iter()
-        .fold(0.0, |most, pair| pair["max_rel"].as_f64().unwrap().max(most))
+    pairs.iter().fold(0.0, |most, pair| {
+        pair["max_rel"].as_f64().unwrap().max(most)
+    })
 }
 
 #[test]
@@ -71,7 +76,7 @@ fn codes_agree_on_a_form_and_a_changed_script_is_found() {
         ("(-t)*v", "(t)*v"),
         ("dx(du)*dx(v)", "1.01*dx(du)*dx(v)"),
         ("qft=qf5pT", "qft=qf2pT"),
-        ("on(1, du = g)", "on(1, du = 1.001*g)"),
+        ("on(1, du = exp", "on(1, du = 1.001*exp"),
     ];
     for (from, to) in changes {
         assert!(ran.stdout.contains(from), "{from}: {}", ran.stdout);
@@ -80,10 +85,19 @@ fn codes_agree_on_a_form_and_a_changed_script_is_found() {
         write(at, "changed.edp", &ran.stdout.replace(from, to));
         let own = "use = [\"dolfinx\"]\n[codes.changed]\ncommand = [\"FreeFem++-nw\", \"-v\", \"0\", \"changed.edp\", \"{mesh}\", \
                    \"{out}/poisson.vtu\"]\nmesh = \"medit\"\nresult = \"poisson.vtu\"";
-        let file = form(at, "poisson", "use = [\"freefem\", \"dolfinx\", \"scikit-fem\", \"ngsolve\"]", own);
+        let file = form(
+            at,
+            "poisson",
+            "use = [\"freefem\", \"dolfinx\", \"scikit-fem\", \"ngsolve\"]",
+            own,
+        );
         let refused = run(at, &["verify", &file]);
         assert_eq!(refused.code, Some(2));
-        assert!(refused.stderr.contains("starts programs: FreeFem++-nw"), "{}", refused.stderr);
+        assert!(
+            refused.stderr.contains("starts programs: FreeFem++-nw"),
+            "{}",
+            refused.stderr
+        );
         let (ran, told) = verify(at, &file, &["--n", "4", "--run"]);
         assert_eq!(ran.code, Some(code), "{to}: {}{}", ran.stdout, ran.stderr);
         let expected = if code == 0 { "agree" } else { "disagree" };
@@ -96,20 +110,61 @@ fn what_is_wrong_with_a_form_is_told_with_its_place_and_nothing_is_written() {
     let folder = folder();
     let at = folder.path();
     let faults = [
-        ("grad(u)", "grad(w)", "poisson.toml, line 18, column 17: `w` is not known"),
+        ("grad(u)", "grad(w)", "poisson.toml:17:17: `w` is not known"),
         ("*v*ds(right)", "*v*ds(rihgt)", "did you mean `right`?"),
-        ("u = \"P2\"", "u = \"P7\"", "line 9, column 5: there is no space `P7`"),
-        ("left = \"g\"", "lfet = \"g\"", "line 21, column 1"),
-        ("[form]", "[from]", "there is no key `from`"),
-        ("f = \"3*exp(x)", "f = \"3*exq(x)", "exq"),
-        ("use = [\"freefem\"", "use = [\"fenicsx\"", "no scripts are written for a code `fenicsx`"),
-        ("use = [\"freefem\"", "use = [\"dolfinx\"", "dolfinx is there twice"),
-        ("[fields.u]", "[fields.w]", "w is not an unknown of the form"),
-        ("[fields.u]", "[numbers.w]", "scripts of forms write fields only"),
-        ("[mesh]\ngenerator = \"union-jack\"\nn = [4, 8, 16]", "", "a form has no mesh"),
-        ("name = \"poisson\"", "name = \"../poisson\"", "cannot name output files"),
+        (
+            "u = \"P2\"",
+            "u = \"P7\"",
+            "poisson.toml:9:5: there is no space `P7`",
+        ),
+        (
+            "left = \"g\"",
+            "lfet = \"g\"",
+            "poisson.toml:20:1: the mesh has no group `lfet`",
+        ),
+        ("[form]", "[from]", "unknown field `from`"),
+        (
+            "f = \"3*exp(x)",
+            "f = \"3*exq(x)",
+            "poisson.toml:12:8: there is no function `exq`",
+        ),
+        (
+            "use = [\"freefem\"",
+            "use = [\"fenicsx\"",
+            "no scripts are written for a code `fenicsx`",
+        ),
+        (
+            "use = [\"freefem\"",
+            "use = [\"dolfinx\"",
+            "dolfinx is there twice",
+        ),
+        (
+            "[fields.u]",
+            "[fields.w]",
+            "w is not an unknown of the form",
+        ),
+        (
+            "[fields.u]",
+            "[numbers.w]",
+            "scripts of forms write fields only",
+        ),
+        (
+            "[mesh]\ngenerator = \"union-jack\"\nn = [4, 8, 16]",
+            "",
+            "a form has no mesh",
+        ),
+        (
+            "name = \"poisson\"",
+            "name = \"../poisson\"",
+            "cannot name output files",
+        ),
         ("exact = \"g\"", "exact = \"q\"", "exact"),
         ("name = ", "name ", "line 1"),
+        (
+            "use = [\"freefem\", \"dolfinx\", \"scikit-fem\", \"ngsolve\"]",
+            "use = []",
+            "it has 0 codes",
+        ),
     ];
     for (from, to, part) in faults {
         let file = form(at, "poisson", from, to);
@@ -117,11 +172,21 @@ fn what_is_wrong_with_a_form_is_told_with_its_place_and_nothing_is_written() {
         assert_eq!(ran.code, Some(2), "{to}: {}", ran.stdout);
         assert!(ran.stderr.contains(part), "{to}: {}", ran.stderr);
     }
+    let ran = run(at, &["solve", "poisson.toml"]);
+    assert_eq!(ran.code, Some(2));
+    assert!(
+        ran.stderr.contains("poisson.toml is not a scene"),
+        "{}",
+        ran.stderr
+    );
     let broken = form(at, "poisson", "grad(u)", "grad(w)");
     let words: [(&[&str], &str); 5] = [
-        (&[&broken, "--for", "freefem"], "line 18, column 17"),
+        (&[&broken, "--for", "freefem"], "poisson.toml:17:17"),
         (&["none.toml", "--for", "freefem"], "none.toml"),
-        (&[&broken, "--for", "freefm"], "a similar value exists: 'freefem'"),
+        (
+            &[&broken, "--for", "freefm"],
+            "a similar value exists: 'freefem'",
+        ),
         (&[&broken], "--for <CODE>"),
         (&["o.toml", "--for", "dolfinx"], "there is no form"),
     ];
@@ -135,7 +200,10 @@ fn what_is_wrong_with_a_form_is_told_with_its_place_and_nothing_is_written() {
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
-    assert!(there.iter().all(|name| name.ends_with(".toml")), "{there:?}");
+    assert!(
+        there.iter().all(|name| name.ends_with(".toml")),
+        "{there:?}"
+    );
     // A mesh that is there already and another one is not replaced.
     let file = form(at, "poisson", "rtol", "rtol");
     write(at, "poisson.mesh", "mine");
@@ -156,7 +224,11 @@ fn a_code_that_lacks_a_space_is_missing() {
     let (ran, told) = verify(at, &file, &words);
     assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
     assert_eq!(told["verdict"], "undetermined");
-    assert!(ran.stderr.contains("engine freefem: FreeFEM"), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("engine freefem: FreeFEM"),
+        "{}",
+        ran.stderr
+    );
     let (ran, told) = verify(at, &file, &[&words[..], &["--allow-missing"]].concat());
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     assert_eq!(told["missing"][0]["engine"], "freefem");
@@ -169,10 +241,18 @@ fn a_code_that_lacks_a_space_is_missing() {
     let file = form(at, "poisson", "\"freefem\", ", "");
     let ran = told_of(bare().args(["verify", &file, "--n", "4"]));
     assert_eq!(ran.code, Some(2), "{}", ran.stdout);
-    assert!(ran.stderr.contains("no Python here has skfem"), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("no Python here has skfem"),
+        "{}",
+        ran.stderr
+    );
     let ran = told_of(bare().args(["verify", &file, "--n", "4", "--allow-missing"]));
     assert_eq!(ran.code, Some(2), "one code shows nothing: {}", ran.stdout);
-    assert!(ran.stderr.contains("dolfinx alone shows nothing"), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("dolfinx alone shows nothing"),
+        "{}",
+        ran.stderr
+    );
 }
 
 fn told_of(command: &mut Command) -> Ran {
@@ -195,7 +275,13 @@ fn scripts_run_alone() {
         let mut bash = Command::new("bash");
         bash.args(["-e", "-c", &ran.stdout]).current_dir(at);
         let alone = told_of(with_codes(&mut bash));
-        assert_eq!(alone.code, Some(0), "{code}: {}{}", alone.stdout, alone.stderr);
+        assert_eq!(
+            alone.code,
+            Some(0),
+            "{code}: {}{}",
+            alone.stdout,
+            alone.stderr
+        );
         let written = fs::read_dir(place).unwrap().map(|e| e.unwrap().path());
         let is_result = |path: &PathBuf| path.extension().is_some_and(|e| e == "vtu");
         results.extend(written.filter(is_result));
@@ -220,14 +306,21 @@ fn runs_of_forms_are_kept_and_recorded() {
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     let (ran, after) = verify(at, &file, &[&first[..], &["--resume", "runs"]].concat());
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
-    assert_eq!(before["runs"], after["runs"], "times are those of the first run");
+    assert_eq!(
+        before["runs"], after["runs"],
+        "times are those of the first run"
+    );
     let against = ["--n", "4", "--engines", "freefem", "--against", "record"];
     let (ran, _) = verify(at, &file, &against);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     let file = form(at, "convection", "c = 1.0", "c = 1.5");
     let (ran, _) = verify(at, &file, &against);
     assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
-    assert!(ran.stderr.contains("it was another problem"), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("it was another problem"),
+        "{}",
+        ran.stderr
+    );
 }
 
 #[test]
@@ -237,7 +330,8 @@ fn a_new_form_runs_at_once() {
     let ran = run(at, &["new", "mine", "--form", "nitsche"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     assert!(
-        ran.stdout.contains("faceoff verify mine/mine.toml --report mine/page"),
+        ran.stdout
+            .contains("faceoff verify mine/mine.toml --report mine/page"),
         "{}",
         ran.stdout
     );
@@ -258,7 +352,8 @@ fn a_new_form_runs_at_once() {
 fn no_text_of_a_form_becomes_code() {
     let folder = folder();
     let at = folder.path();
-    let about = "about = \"x\\\"\\\"\\\"\\nimport os\\u000dexec('touch planted')\\u2028exec(1) \\\\\"";
+    let about =
+        "about = \"x\\\"\\\"\\\"\\nimport os\\u000dexec('touch planted')\\u2028exec(1) \\\\\"";
     let from = "about = \"Poisson's equation with a flux given on the right\"";
     let file = form(at, "poisson", from, about);
     for code in CODES {
@@ -268,7 +363,10 @@ fn no_text_of_a_form_becomes_code() {
         let planted: Vec<_> = lines.iter().filter(|line| line.contains("exec(")).collect();
         assert_eq!(planted.len(), 1, "{code}: {planted:?}");
         assert!(planted[0].contains("poisson: x"), "{code}: {planted:?}");
-        assert_eq!(ran.stdout.matches("\"\"\"poisson").count() + ran.stdout.matches("// poisson").count(), 1);
+        assert_eq!(
+            ran.stdout.matches("\"\"\"poisson").count() + ran.stdout.matches("// poisson").count(),
+            1
+        );
         assert!(!planted[0][4..].contains("\"\"\""), "{code}: {planted:?}");
     }
     let (ran, _) = verify(at, &file, &["--n", "2"]);
@@ -285,7 +383,9 @@ fn the_gallery_agrees_as_the_manual_says() {
         .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
         .collect();
     names.sort();
-    let mut table = String::from("| form | spaces | codes | largest difference | observed orders |\n|---|---|---|---|---|\n");
+    let mut table = String::from(
+        "| form | spaces | codes | largest difference | observed orders |\n|---|---|---|---|---|\n",
+    );
     for name in names {
         let folder = folder();
         let at = folder.path();
@@ -293,9 +393,20 @@ fn the_gallery_agrees_as_the_manual_says() {
         let (ran, told) = verify(at, &file, &[]);
         assert_eq!(ran.code, Some(0), "{name}: {}{}", ran.stdout, ran.stderr);
         let text = fs::read_to_string(at.join(&file)).unwrap();
-        let spaces: toml::Table = text.parse::<toml::Table>().unwrap()["spaces"].as_table().unwrap().clone();
-        let spaces: Vec<String> = spaces.iter().map(|(u, space)| format!("{u} {}", space.as_str().unwrap())).collect();
-        let mut codes: Vec<&str> = told["runs"].as_array().unwrap().iter().map(|run| run["code"].as_str().unwrap()).collect();
+        let spaces: toml::Table = text.parse::<toml::Table>().unwrap()["spaces"]
+            .as_table()
+            .unwrap()
+            .clone();
+        let spaces: Vec<String> = spaces
+            .iter()
+            .map(|(u, space)| format!("{u} {}", space.as_str().unwrap()))
+            .collect();
+        let mut codes: Vec<&str> = told["runs"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|run| run["code"].as_str().unwrap())
+            .collect();
         codes.sort_unstable();
         codes.dedup();
         assert!(codes.len() >= 4, "{name}: {codes:?}");
@@ -305,18 +416,29 @@ fn the_gallery_agrees_as_the_manual_says() {
         let mut orders = Vec::new();
         for field in fields {
             // Codes agree to rounding, so that one of them stands for all.
-            let Some(order) = field["orders"].as_array().unwrap().first() else { continue };
+            let Some(order) = field["orders"].as_array().unwrap().first() else {
+                continue;
+            };
             let fit = |norm: &str| order[norm]["fit"]["exponent"].as_f64();
             let theory = order["theory"].as_array().unwrap();
-            for (norm, (word, theory)) in ["l2", "h1"].into_iter().zip(["L²", "H¹"].into_iter().zip(theory)) {
+            for (norm, (word, theory)) in ["l2", "h1"]
+                .into_iter()
+                .zip(["L²", "H¹"].into_iter().zip(theory))
+            {
                 if let (Some(fit), false) = (fit(norm), theory.is_null()) {
-                    orders.push(format!("{} {word} {fit:.1}", field["field"].as_str().unwrap()));
+                    orders.push(format!(
+                        "{} {word} {fit:.1}",
+                        field["field"].as_str().unwrap()
+                    ));
                 }
             }
         }
         table += &format!(
             "| `{name}` | {} | {} | {} | {} |\n",
-            spaces.join(", "), codes.join(", "), power(most), orders.join(", ")
+            spaces.join(", "),
+            codes.join(", "),
+            power(most),
+            orders.join(", ")
         );
     }
     let page = source("docs/reference/form.md");
@@ -324,14 +446,22 @@ fn the_gallery_agrees_as_the_manual_says() {
     let (before, rest) = there.split_once("<!-- gallery -->\n").unwrap();
     let (old, after) = rest.split_once("<!-- end -->\n").unwrap();
     if std::env::var_os("FACEOFF_WRITE").is_some() {
-        fs::write(&page, format!("{before}<!-- gallery -->\n{table}<!-- end -->\n{after}")).unwrap();
+        fs::write(
+            &page,
+            format!("{before}<!-- gallery -->\n{table}<!-- end -->\n{after}"),
+        )
+        .unwrap();
         return;
     }
     // Rounding is another one on another machine.
     let bare = |table: &str| -> Vec<String> {
         let rows = table.lines().map(|line| {
             let cells = line.split('|').enumerate();
-            cells.filter(|(k, _)| *k != 4).map(|(_, cell)| cell).collect::<Vec<_>>().join("|")
+            cells
+                .filter(|(k, _)| *k != 4)
+                .map(|(_, cell)| cell)
+                .collect::<Vec<_>>()
+                .join("|")
         });
         rows.collect()
     };
@@ -342,7 +472,12 @@ fn the_gallery_agrees_as_the_manual_says() {
 fn power(number: f64) -> String {
     let digits: String = format!("{}", -number.log10().ceil())
         .chars()
-        .map(|digit| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(digit.to_digit(10).unwrap() as usize).unwrap())
+        .map(|digit| {
+            "⁰¹²³⁴⁵⁶⁷⁸⁹"
+                .chars()
+                .nth(digit.to_digit(10).unwrap() as usize)
+                .unwrap()
+        })
         .collect();
     format!("10⁻{digits}")
 }

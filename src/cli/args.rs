@@ -17,6 +17,7 @@ use super::words::{
     launcher, memory, method, methods, pair, time,
 };
 use crate::report;
+use crate::run::is_face_off;
 use faceoff_fem::adapt::Way;
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Iteration, Method};
@@ -24,7 +25,7 @@ use faceoff_fem::linear::{Precision, Solver};
 use faceoff_fem::scene::Scene;
 use faceoff_form::codes::CODES;
 use faceoff_judge::MatchBy;
-use faceoff_mesh::error::{Result, distinct};
+use faceoff_mesh::error::{Error, Result, distinct};
 use faceoff_mesh::io::NATIVE;
 
 /// Settle whether finite element codes agree, face by face.
@@ -180,6 +181,11 @@ impl Trust {
 
     /// The scene of this name or file.
     pub fn scene(&self, name: &str) -> Result<Scene> {
+        if is_face_off(name.as_ref()) {
+            let what = format!("{name} is not a scene: it has a form, or codes of its own");
+            let remedy = format!("compare its codes: faceoff verify {name}");
+            return Err(Error::usage(what, remedy));
+        }
         match self.allow_outside {
             true => Scene::find_anywhere(name),
             false => Scene::find(name),

@@ -78,10 +78,14 @@ pub(super) fn forms() -> Vec<&'static str> {
 /// Their names, each with what its file says it is.
 pub(super) fn gallery() -> String {
     let about = |text: &'static str| {
-        let line = text.lines().find_map(|line| line.strip_prefix("about = \""));
+        let line = text
+            .lines()
+            .find_map(|line| line.strip_prefix("about = \""));
         line.map_or("", |line| line.trim_end_matches('"'))
     };
-    let each = FORMS.iter().map(|(name, text)| format!("\n  {name:16} {}", about(text)));
+    let each = FORMS
+        .iter()
+        .map(|(name, text)| format!("\n  {name:16} {}", about(text)));
     format!("Weak forms:{}", each.collect::<String>())
 }
 
@@ -180,7 +184,9 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
         match form {
             Some(_) => note!("faceoff: the form names groups of its own mesh: put yours there"),
             None => {
-                note!("faceoff: the scripts name groups by the numbers of the template: put yours there");
+                note!(
+                    "faceoff: the scripts name groups by the numbers of the template: put yours there"
+                );
             }
         }
     }

@@ -94,10 +94,7 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     ];
     let refuse = |option: &str| {
         let what = format!("{option} is for scenes, and {name} is a face-off file");
-        Error::usage(
-            what,
-            "leave it out: the file says which codes there are",
-        )
+        Error::usage(what, "leave it out: the file says which codes there are")
     };
     if let Some((option, _)) = is_given.iter().find(|(_, given)| *given) {
         return Err(refuse(option));
@@ -109,12 +106,16 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         if of.form.is_none() {
             return Err(refuse("--allow-missing"));
         }
-        let asked = |name: &String| arguments.engines.is_empty() || arguments.engines.contains(name);
+        let asked =
+            |name: &String| arguments.engines.is_empty() || arguments.engines.contains(name);
         let found = of.without_missing().into_iter();
         missing.extend(found.filter(|(code, _)| asked(code)).map(|(code, why)| {
             let message = format!("{code} is missing and was left out: {why}");
             note!("faceoff: {message}");
-            Failure { engine: code, message }
+            Failure {
+                engine: code,
+                message,
+            }
         }));
     }
     if !arguments.n.is_empty() {

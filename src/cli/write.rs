@@ -18,9 +18,9 @@ pub(super) fn run(arguments: &Write) -> Result<u8> {
         Error::usage(what, "`faceoff write --help` lists the codes")
     })?;
     let form = FormFile::read(&arguments.form, arguments.n.map(|n| n as usize))?;
-    let script = code.script(&form.problem).map_err(|what| {
-        Error::engine(code.name, what, "take another space or code")
-    })?;
+    let script = code
+        .script(&form.problem)
+        .map_err(|what| Error::engine(code.name, what, "take another space or code"))?;
     let Some(out) = &arguments.out else {
         output(format_args!("{script}"));
         return Ok(DONE);

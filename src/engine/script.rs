@@ -12,10 +12,10 @@ use serde_json::{Value, json};
 
 use super::bounds::Bounds;
 use super::depends;
-use super::written::Source;
 use super::process;
 use super::program::Folder;
 use super::sandbox::{self, Allowed};
+use super::written::Source;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::file;

@@ -519,7 +519,12 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
     }
     cases.extend(of.missing.iter().map(|missing| {
         let name = format!("run of {}", missing.engine);
-        TestCase::new(&of.name, name, Verdict::Undetermined, missing.message.clone())
+        TestCase::new(
+            &of.name,
+            name,
+            Verdict::Undetermined,
+            missing.message.clone(),
+        )
     }));
     for field in &of.fields {
         for pair in worst_times(field).into_iter().filter(|pair| pair.judged) {

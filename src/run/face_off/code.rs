@@ -63,7 +63,10 @@ impl Code {
     /// of ours, nor of a script that is written from a form, which can do nothing but solve it.
     pub fn program(&self) -> Option<&str> {
         match self {
-            Code::Script(Script { source: Some(_), .. }) | Code::Missing(_) => None,
+            Code::Script(Script {
+                source: Some(_), ..
+            })
+            | Code::Missing(_) => None,
             Code::Script(script) => script.command.first().map(String::as_str),
             Code::Protocol(of) => Some(of.engine.name()).filter(|name| !NAMES.contains(name)),
         }

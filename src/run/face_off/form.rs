@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::Source;
 use super::code::{Code, Missing};
 use super::tables::Reader;
-use super::Source;
 use crate::engine::{self, Form, Script};
 use faceoff_form::Problem;
 use faceoff_form::codes::{CODES, Code as Spelled};
@@ -92,7 +92,11 @@ impl Reader {
         let mut all = Vec::new();
         for name in names {
             let code = Spelled::of_name(&name).ok_or_else(|| {
-                let remedy = format!("{}known are {}", meant(&name, spelled()), spelled().collect::<Vec<_>>().join(", "));
+                let remedy = format!(
+                    "{}known are {}",
+                    meant(&name, spelled()),
+                    spelled().collect::<Vec<_>>().join(", ")
+                );
                 let what = format!("no scripts are written for a code `{name}`");
                 self.refuse("codes.use", what, &remedy)
             })?;
@@ -117,9 +121,16 @@ impl Reader {
             let what = "scripts of forms write fields only".to_owned();
             return Err(self.refuse(&format!("numbers.{name}"), what, "leave it out"));
         }
-        if let Some((name, _)) = fields.iter().find(|(name, _)| !unknowns().any(|u| u == *name)) {
+        if let Some((name, _)) = fields
+            .iter()
+            .find(|(name, _)| !unknowns().any(|u| u == *name))
+        {
             let what = format!("{name} is not an unknown of the form");
-            let remedy = format!("{}the unknowns are {}", meant(name, unknowns()), unknowns().collect::<Vec<_>>().join(", "));
+            let remedy = format!(
+                "{}the unknowns are {}",
+                meant(name, unknowns()),
+                unknowns().collect::<Vec<_>>().join(", ")
+            );
             return Err(self.refuse(&format!("fields.{name}"), what, &remedy));
         }
         if fields.is_empty() {
@@ -165,7 +176,11 @@ pub(super) fn in_full(text: &str, form: &Problem) -> String {
         .filter(|datum| datum.shape.is_empty())
         .map(|datum| (datum.name.as_str(), datum.texts[0].as_str()))
         .collect();
-    let has = |name: &str| form.parameters.iter().any(|parameter| parameter.name == name);
+    let has = |name: &str| {
+        form.parameters
+            .iter()
+            .any(|parameter| parameter.name == name)
+    };
     words(text, |word| match data.get(word) {
         Some(datum) => Some(format!(
             "({})",

@@ -157,7 +157,11 @@ impl Reader {
         }
     }
 
-    pub(super) fn table<T: for<'de> Deserialize<'de>>(&self, place: &str, value: toml::Value) -> Result<T> {
+    pub(super) fn table<T: for<'de> Deserialize<'de>>(
+        &self,
+        place: &str,
+        value: toml::Value,
+    ) -> Result<T> {
         value
             .try_into()
             .map_err(|e: toml::de::Error| self.refuse(place, e.message().replace('\n', " "), KEYS))
@@ -564,4 +568,4 @@ impl Reader {
     }
 }
 
-const KEYS: &str = "docs/reference/face-off.md lists the keys of a face-off file";
+const KEYS: &str = "docs/reference/face-off.md lists the keys of a face-off file, docs/reference/form.md those of a form";

@@ -287,7 +287,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     s += &format!(
         "\n// Newton's method from 0 with those values; a linear form takes one step, and a second one to see it.\n\
          bool done = false;\nfor (int it = 0; it < 30 && !done; ++it) {{\n  real[int] r = F(0, Vh);\n  for (int i = 0; i < Vh.ndof; ++i) if (fixed[i] > 0) r[i] = 0;\n  \
-         matrix A = J(Vh, Vh, tgv=-1);\n  set(A, solver=UMFPACK);\n  real[int] d = A^-1*r;\n  {u}[] -= d;\n  done = d.linfty <= 1e-10*{u}[].linfty;\n}}\n\
+         matrix A = J(Vh, Vh, tgv=-1);\n  set(A, solver=UMFPACK);\n  real[int] d = A^-1*r;\n  {u}[] -= d;\n  done = d.l2 <= 1e-10*{u}[].l2; // of NaN, linfty is 0 and l2 is NaN\n}}\n\
          if (!done) {{ cout << \"Newton's method did not converge.\" << endl; exit(1); }}\n"
     );
     s += &result(problem, &words, out, output);
