@@ -89,9 +89,8 @@ fn values(path: &Path, problem: &Problem) -> Values {
                 places().map(|p| p[i]).sum::<f64>() / nodes.len() as f64
             });
             for (k, place) in nodes.iter().zip(places()) {
-                let key: Place = std::array::from_fn(|i| {
-                    round(if i < 3 { centre[i] } else { place[i - 3] })
-                });
+                let key: Place =
+                    std::array::from_fn(|i| round(if i < 3 { centre[i] } else { place[i - 3] }));
                 let at = *k as usize * field.components;
                 of.insert(key, numbers[at..at + field.components].to_vec());
             }
@@ -127,7 +126,8 @@ fn agree(name: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
 }
 
 fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
-    let problem = Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
+    let problem =
+        Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
     let mut lacking = Vec::new();
     let mut results: Vec<(&str, Values)> = Vec::new();
     for code in &CODES {

@@ -45,7 +45,13 @@ impl Editor<'_> {
         }
         text.extend(&self.chars[at..]);
         // Python takes no other blanks than these.
-        let plain = |c: char| if c.is_whitespace() && c != '\n' { ' ' } else { c };
+        let plain = |c: char| {
+            if c.is_whitespace() && c != '\n' {
+                ' '
+            } else {
+                c
+            }
+        };
         text.chars().map(plain).collect()
     }
 
