@@ -5,7 +5,7 @@ use faceoff_fem::scene::expression::Function;
 use super::Code;
 use super::python;
 use super::spelling::{Exponent, Shared, Spelling, Words, shared};
-use crate::problem::{Domain, Element, Measure, Problem};
+use crate::problem::{Domain, Element, Integral, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
 /// NGSolve 6.2, without its user interface.
@@ -18,7 +18,7 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "ngsolve netgen mesh here V W a u_ gf hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
+const RESERVED: &str = "ngsolve netgen mesh here V W a u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
     sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse";
 
 fn space(element: Element, dim: usize, held: &str, jumps: bool) -> Result<String, String> {
@@ -142,6 +142,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         HOLD.replace("NODES", &reference(dim - 1))
             .replace("CELLS", &reference(dim))
     );
+    let is_part =
+        |i: &Integral| i.measure.domain == Domain::Interior && !i.measure.groups.is_empty();
+    if problem.integrals.iter().any(is_part) {
+        s += &BETWEEN.replace("FACETS", if dim == 2 { "edges" } else { "faces" });
+    }
     for (k, datum) in problem.data.iter().enumerate() {
         for (name, value) in words.parts(Field::Datum(k)).iter().zip(&datum.components) {
             let value = spelling.text(&problem.scalars, *value, &none);
@@ -149,7 +154,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 None => s += &format!("{name} = CF({value})\n"),
                 Some(of) => {
                     s += &format!(
-                        "{name} = ngsolve.GridFunction({})\nhold({name}, VOL, None, {}, CF({value}))\n",
+                        "{name} = ngsolve.GridFunction({})\nhold({name}, VOL, {}, (None, CF({value})))\n",
                         space(of.element, dim, "", false)?,
                         of.element.degree()
                     )
@@ -232,29 +237,32 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             .replace("+ -", "- ");
         s += &format!(
             "a += (\n    {sum}\n)*{}\n",
-            over(&integral.measure, &name_of)
+            over(problem, &integral.measure, &name_of)
         );
     }
     s += "\n# The values that are held; of two that hold one dof, the later counts.\ntotal = ngsolve.GridFunction(V)\n";
-    for condition in &problem.conditions {
+    for (at, (k, c)) in components.iter().enumerate() {
+        let mine = problem
+            .conditions
+            .iter()
+            .filter(|condition| (condition.unknown, condition.component) == (*k, *c));
+        let values = mine.map(|condition| {
+            let value = spelling.text(&problem.scalars, condition.value, &none);
+            format!(", (\"{}\", CF({value}))", name_of(condition.group))
+        });
+        let values: String = values.collect();
+        if values.is_empty() {
+            continue;
+        }
         let part = match components.len() {
             1 => "total".to_owned(),
-            _ => format!(
-                "total.components[{}]",
-                problem.position(condition.unknown, condition.component)
-            ),
+            _ => format!("total.components[{at}]"),
         };
-        let element = problem.unknowns[condition.unknown].space.element;
-        let degree = if element == Element::CrouzeixRaviart {
-            0
-        } else {
-            element.degree()
+        let degree = match problem.unknowns[*k].space.element {
+            Element::CrouzeixRaviart => 0,
+            element => element.degree(),
         };
-        s += &format!(
-            "hold({part}, BND, \"{}\", {degree}, CF({}))\n",
-            name_of(condition.group),
-            spelling.text(&problem.scalars, condition.value, &none)
-        );
+        s += &format!("hold({part}, BND, {degree}{values})\n");
     }
     s += "\n# Newton's method from there, 0 elsewhere; a linear form takes one step, and a second one to see it.\nr, d = total.vec.CreateVector(), total.vec.CreateVector()\n\
           for step in range(30):\n    a.Apply(total.vec, r)\n    a.AssembleLinearization(total.vec)\n    d.data = a.mat.Inverse(V.FreeDofs(), inverse=\"umfpack\") * r\n    total.vec.data -= d\n    \
@@ -354,27 +362,53 @@ fn reference(dim: usize) -> String {
     format!("[{centre}, {}, {}, {}]", points(1), points(2), points(3))
 }
 
-const HOLD: &str = r#"def hold(function, where, group, degree, g):
-    """Nodal values of g on cells or on facets of a group. NGSolve's basis is hierarchical: each element solves for its dofs."""
+const HOLD: &str = r#"def hold(function, where, degree, *values):
+    """Nodal values on cells, or on facets of groups; of two values at one node, the later counts.
+
+    NGSolve's basis is hierarchical: each element solves for its dofs.
+    """
     nodes = {BND: NODES, VOL: CELLS}[where][degree]
-    for e in function.space.Elements(where):
-        if group is None or e.mat == group:
-            element, place = function.space.GetFE(e), mesh.GetTrafo(e)
-            shapes = [np.ravel(element.CalcShape(*t)) for t in nodes]
-            for dof, value in zip(e.dofs, np.linalg.solve(shapes, [g(place(*t)) for t in nodes])):
-                function.vec[dof] = value
+    known, solved = {}, {}
+    for group, g in values:
+        for e in function.space.Elements(where):
+            if group is None or e.mat == group:
+                place, element = mesh.GetTrafo(e), function.space.GetFE(e)
+                keys = [tuple(np.round(CF((x, y, z))(place(*t)), 9)) for t in nodes]
+                known.update(zip(keys, [g(place(*t)) for t in nodes]))
+                solved[e.nr] = e.dofs, [np.ravel(element.CalcShape(*t)) for t in nodes], keys
+    for dofs, shapes, keys in solved.values():
+        for dof, value in zip(dofs, np.linalg.solve(shapes, [known[key] for key in keys])):
+            function.vec[dof] = value
 
 
 "#;
 
-fn over(measure: &Measure, name_of: &dyn Fn(usize) -> String) -> String {
-    let groups: Vec<String> = measure.groups.iter().map(|k| name_of(*k)).collect();
-    let groups = groups.join("|");
+/// The facets of groups between cells.
+const BETWEEN: &str = r#"def between(*groups):
+    """The facets of groups, as a set."""
+    found = ngsolve.BitArray(mesh.nfacet)
+    found.Clear()
+    for e in mesh.Elements(BND):
+        if e.mat in groups:
+            found.Set(e.FACETS[0].nr)
+    return found
+
+
+"#;
+
+fn over(problem: &Problem, measure: &Measure, name_of: &dyn Fn(usize) -> String) -> String {
+    let groups = problem.named(measure).into_iter().map(name_of);
+    let groups: Vec<String> = groups.collect();
+    let all = groups.join("|");
     match measure.domain {
         Domain::Cells if groups.is_empty() => "dx(intrules=rule)".into(),
-        Domain::Cells => format!("dx(\"{groups}\", intrules=rule)"),
+        Domain::Cells => format!("dx(\"{all}\", intrules=rule)"),
         Domain::Boundary if groups.is_empty() => "ds(skeleton=True, intrules=facet_rule)".into(),
-        Domain::Boundary => format!("ds(\"{groups}\", skeleton=True, intrules=facet_rule)"),
-        Domain::Interior => "dx(skeleton=True, intrules=facet_rule)".into(),
+        Domain::Boundary => format!("ds(\"{all}\", skeleton=True, intrules=facet_rule)"),
+        Domain::Interior if groups.is_empty() => "dx(skeleton=True, intrules=facet_rule)".into(),
+        Domain::Interior => format!(
+            "dx(skeleton=True, definedonelements=between(\"{}\"), intrules=facet_rule)",
+            groups.join("\", \"")
+        ),
     }
 }

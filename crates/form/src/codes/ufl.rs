@@ -138,13 +138,8 @@ impl Editor<'_> {
             // A side of a facet.
             return self.term(function);
         };
-        if let [
-            Term {
-                kind: Kind::Text(_),
-                ..
-            },
-        ] = arguments
-        {
+        let is_measure = ["dx", "ds", "dS"].contains(&name.as_str());
+        if !is_measure && matches!(arguments, [one] if matches!(one.kind, Kind::Text(_))) {
             return self.term(function);
         }
         let new = match name.as_str() {

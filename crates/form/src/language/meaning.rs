@@ -51,6 +51,9 @@ impl Reader<'_> {
                 }
             },
             Kind::Call(function, arguments) => match (&function.kind, &arguments[..]) {
+                (Kind::Name(name), _) if ["dx", "ds", "dS"].contains(&name.as_str()) => {
+                    return Ok(Meaning::Measure(self.measure(term, name, arguments)?));
+                }
                 (
                     _,
                     [
@@ -60,9 +63,6 @@ impl Reader<'_> {
                         },
                     ],
                 ) => self.restricted(term, function, side)?,
-                (Kind::Name(name), _) if ["dx", "ds", "dS"].contains(&name.as_str()) => {
-                    return Ok(Meaning::Measure(self.measure(term, name, arguments)?));
-                }
                 (Kind::Name(name), _) => self.call(term, name, arguments)?,
                 _ => {
                     return Err(fault(
