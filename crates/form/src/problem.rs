@@ -269,6 +269,13 @@ impl Problem {
         all
     }
 
+    /// Is an integral linear in the unknowns, with no term that is free of them?
+    pub fn is_bilinear(&mut self, integral: &Integral) -> bool {
+        let is_unknown = |leaf: &Leaf| matches!(leaf.field, Field::Unknown(_));
+        let mut coefficients = integral.terms.values();
+        coefficients.all(|c| self.scalars.linear(*c, &is_unknown).is_ok())
+    }
+
     /// Does F depend on the unknowns otherwise than affinely?
     pub fn is_linear(&mut self) -> bool {
         let integrals = self.integrals.clone();

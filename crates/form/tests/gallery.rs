@@ -426,3 +426,22 @@ left = 0
 "#;
     assert_eq!(lacking(text, &cube()), ["freefem", "ngsolve"]);
 }
+
+/// Jumps inside of functions: the derivatives of codes on facets between cells are put to the test.
+#[test]
+fn nonlinear_jumps() {
+    let text = r#"
+name = "jumps"
+[spaces]
+u = "DG1"
+w = "DG1^2"
+[form]
+F = """
+u*v*dx - exp(x)*v*dx + dot(w, test.w)*dx - dot([x, y*y], test.w)*dx + 0.1*u*inner(grad(w), grad(test.w))*dx
++ sqrt(1 + jump(u)^2)*jump(u)*jump(v)*dS + avg(u^2)*avg(v)*dS
++ 0.1*dot(jump(w), jump(grad(u)))*avg(v)*dS + jump(w, n)*jump(test.w, n)*(1 + avg(u))*dS - avg(x*u)*jump(test.w, n)*dS
++ max(u - 1, 0)*v*ds
+"""
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+}

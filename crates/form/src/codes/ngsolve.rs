@@ -18,7 +18,7 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "ngsolve netgen mesh here V W a u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
+const RESERVED: &str = "ngsolve netgen mesh here V W a b J u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
     sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse";
 
 fn space(element: Element, dim: usize, held: &str, jumps: bool) -> Result<String, String> {
@@ -64,11 +64,14 @@ fn choice(sign: &str, [a, b, c, d]: &[String; 4]) -> String {
     }
 }
 
-fn end(problem: &Problem, words: &Words, node: Node) -> String {
-    let other = |name: String, side| match side {
+fn other(name: String, side: Side) -> String {
+    match side {
         Side::Minus => format!("{name}.Other()"),
         _ => name,
-    };
+    }
+}
+
+fn end(problem: &Problem, words: &Words, node: Node) -> String {
     match node {
         Node::Pi => "np.pi".into(),
         Node::Parameter(k) => words.parameters[k].clone(),
@@ -196,6 +199,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         names(Field::Test)
     );
     let residual = problem.residual();
+    let by_hand: Vec<bool> = residual
+        .iter()
+        .map(|i| i.measure.domain == Domain::Interior && !problem.is_bilinear(i))
+        .collect();
+    let derivatives: Vec<_> = residual
+        .iter()
+        .zip(&by_hand)
+        .map(|(integral, by_hand)| by_hand.then(|| problem.derivative(integral)))
+        .collect();
     let ends = |node: Node| end(problem, &words, node);
     let spelling = Spelling {
         end: &ends,
@@ -203,44 +215,62 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         power,
         choice,
     };
-    let roots: Vec<Id> = residual
-        .iter()
-        .flat_map(|i| i.terms.values().copied())
-        .collect();
-    let found = shared(
-        &problem.scalars,
-        &roots,
-        &mut Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_'),
-    );
-    let mut known = Shared::new();
-    for (id, name) in &found {
-        s += &format!(
-            "{name} = {}\n",
-            spelling.definition(&problem.scalars, *id, &known)
-        );
-        known.insert(*id, name.clone());
-    }
+    let name = |i: usize| if by_hand[i] { "b" } else { "a" };
+    let each = residual.iter().enumerate().map(|(i, integral)| {
+        let terms = integral.terms.iter().map(|(test, c)| (vec![*test], *c));
+        (name(i), &integral.measure, terms.collect())
+    });
+    let each: Vec<Terms<'_>> = each.collect();
     s += "a = ngsolve.BilinearForm(V)\n";
-    for integral in &residual {
-        let each = integral.terms.iter().map(|(test, c)| {
-            let test: &Leaf = test;
-            let end = (spelling.end)(Node::Leaf(*test));
-            match problem.scalars.number_of(*c) {
-                Some(1.0) => end,
-                Some(-1.0) => format!("-{end}"),
-                _ => format!("{}*{end}", spelling.factor(&problem.scalars, *c, &known)),
-            }
-        });
-        let sum = each
-            .collect::<Vec<_>>()
-            .join("\n    + ")
-            .replace("+ -", "- ");
-        s += &format!(
-            "a += (\n    {sum}\n)*{}\n",
-            over(problem, &integral.measure, &name_of)
-        );
+    if by_hand.contains(&true) {
+        s += "b = ngsolve.BilinearForm(V)\n";
     }
-    s += "\n# The values that are held; of two that hold one dof, the later counts.\ntotal = ngsolve.GridFunction(V)\n";
+    s += &integrals(problem, &spelling, &each, &name_of);
+    s += "total = ngsolve.GridFunction(V)\n";
+    if by_hand.contains(&true) {
+        s += "\n# NGSolve's derivative of integrals over facets between cells is right for bilinear ones only: J is that of b.\nJ = ngsolve.BilinearForm(V)\n";
+        let part = |leaf: Leaf, k: usize| match components.len() {
+            1 => "total".to_owned(),
+            _ => format!("total.components[{}]", problem.position(k, leaf.component)),
+        };
+        let ends = |node: Node| match node {
+            Node::Leaf(leaf) => match (leaf.field, leaf.axis) {
+                (Field::Increment(k), _) => end(
+                    problem,
+                    &words,
+                    Node::Leaf(Leaf {
+                        field: Field::Unknown(k),
+                        ..leaf
+                    }),
+                ),
+                (Field::Unknown(k), None) => other(part(leaf, k), leaf.side),
+                (Field::Unknown(k), Some(axis)) => {
+                    format!(
+                        "{}[{axis}]",
+                        other(format!("grad({})", part(leaf, k)), leaf.side)
+                    )
+                }
+                _ => end(problem, &words, node),
+            },
+            _ => end(problem, &words, node),
+        };
+        let spelling = Spelling {
+            end: &ends,
+            call,
+            power,
+            choice,
+        };
+        let each = residual
+            .iter()
+            .zip(&derivatives)
+            .filter_map(|(integral, by)| {
+                let terms = by.as_ref()?.iter();
+                let terms = terms.map(|((test, increment), c)| (vec![*increment, *test], *c));
+                Some(("J", &integral.measure, terms.collect()))
+            });
+        s += &integrals(problem, &spelling, &each.collect::<Vec<_>>(), &name_of);
+    }
+    s += "\n# The values that are held; of two that hold one dof, the later counts.\n";
     for (at, (k, c)) in components.iter().enumerate() {
         let mine = problem
             .conditions
@@ -265,7 +295,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         s += &format!("hold({part}, BND, {degree}{values})\n");
     }
     s += "\n# Newton's method from there, 0 elsewhere; a linear form takes one step, and a second one to see it.\nr, d = total.vec.CreateVector(), total.vec.CreateVector()\n\
-          for step in range(30):\n    a.Apply(total.vec, r)\n    a.AssembleLinearization(total.vec)\n    d.data = a.mat.Inverse(V.FreeDofs(), inverse=\"umfpack\") * r\n    total.vec.data -= d\n    \
+          for step in range(30):\n    a.Apply(total.vec, r)\n    a.AssembleLinearization(total.vec)\n";
+    if by_hand.contains(&true) {
+        s += "    b.Apply(total.vec, d)\n    r.data += d\n    J.Assemble()\n    a.mat.AsVector().data += J.mat.AsVector()\n";
+    }
+    s += "    d.data = a.mat.Inverse(V.FreeDofs(), inverse=\"umfpack\") * r\n    total.vec.data -= d\n    \
           if abs(d.FV().NumPy()).max() <= 1e-10*abs(total.vec.FV().NumPy()).max():\n        break\nelse:\n    sys.exit(\"Newton's method did not converge.\")\n";
     let (nodes, kind) = python::nodes(problem.output(), dim)?;
     // NGSolve's reference coordinates belong to the first vertices, the last one is the origin.
@@ -299,6 +333,56 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         )
     });
     Ok(s + &python::bottom(problem.output(), kind, &values.collect::<Vec<_>>()))
+}
+
+/// Integrals: the form that they belong to, the measure, and products of functions with their coefficients.
+type Terms<'a> = (&'static str, &'a Measure, Vec<(Vec<Leaf>, Id)>);
+
+fn integrals(
+    problem: &Problem,
+    spelling: &Spelling<'_>,
+    each: &[Terms<'_>],
+    name_of: &dyn Fn(usize) -> String,
+) -> String {
+    let roots: Vec<Id> = each
+        .iter()
+        .flat_map(|(_, _, terms)| terms.iter().map(|(_, c)| *c))
+        .collect();
+    let reserved = format!("{} {RESERVED}", python::RESERVED);
+    let found = shared(
+        &problem.scalars,
+        &roots,
+        &mut Words::new(problem, &reserved, 0, '_'),
+    );
+    let mut known = Shared::new();
+    let mut s = String::new();
+    for (id, name) in &found {
+        let value = spelling.definition(&problem.scalars, *id, &known);
+        s += &format!("{name} = {value}\n");
+        known.insert(*id, name.clone());
+    }
+    for (form, measure, terms) in each {
+        let products = terms.iter().map(|(leaves, c)| {
+            let ends = leaves.iter().map(|leaf| (spelling.end)(Node::Leaf(*leaf)));
+            let ends = ends.collect::<Vec<_>>().join("*");
+            match problem.scalars.number_of(*c) {
+                Some(1.0) => ends,
+                Some(-1.0) => format!("-{ends}"),
+                _ => format!("{}*{ends}", spelling.factor(&problem.scalars, *c, &known)),
+            }
+        });
+        let sum = products
+            .collect::<Vec<_>>()
+            .join("\n    + ")
+            .replace("+ -", "- ");
+        if !sum.is_empty() {
+            s += &format!(
+                "{form} += (\n    {sum}\n)*{}\n",
+                over(problem, measure, name_of)
+            );
+        }
+    }
+    s
 }
 
 /// Netgen's mesh of the arrays, whose groups of facets are called `gN`.
