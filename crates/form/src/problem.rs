@@ -208,6 +208,20 @@ impl Problem {
         ]
     }
 
+    /// The groups that a measure names in codes that integrate over all marked facets unless groups are named: where facets between cells
+    /// are marked too, those of the boundary.
+    pub fn named(&self, measure: &Measure) -> Vec<usize> {
+        let is_facets = |k: &usize| self.groups[*k].dim + 1 == self.dim;
+        let is_outside = |k: &usize| self.groups[*k].on == Some(Domain::Boundary);
+        let all = || (0..self.groups.len()).filter(is_facets);
+        match measure.domain {
+            Domain::Boundary if measure.groups.is_empty() && !all().all(|k| is_outside(&k)) => {
+                all().filter(is_outside).collect()
+            }
+            _ => measure.groups.clone(),
+        }
+    }
+
     /// The integrals by their measure, so that a script has one of each.
     pub fn residual(&mut self) -> Vec<Integral> {
         let mut all: Vec<Integral> = Vec::new();
@@ -253,6 +267,13 @@ impl Problem {
             }
         }
         all
+    }
+
+    /// Is an integral linear in the unknowns, with no term that is free of them?
+    pub fn is_bilinear(&mut self, integral: &Integral) -> bool {
+        let is_unknown = |leaf: &Leaf| matches!(leaf.field, Field::Unknown(_));
+        let mut coefficients = integral.terms.values();
+        coefficients.all(|c| self.scalars.linear(*c, &is_unknown).is_ok())
     }
 
     /// Does F depend on the unknowns otherwise than affinely?

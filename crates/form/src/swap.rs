@@ -30,10 +30,7 @@ pub fn changes(problem: &mut Problem) -> Option<usize> {
         .next()
 }
 
-fn differs<'a>(
-    problem: &Problem,
-    terms: impl Iterator<Item = (&'a Leaf, &'a Id)> + Clone,
-) -> bool {
+fn differs<'a>(problem: &Problem, terms: impl Iterator<Item = (&'a Leaf, &'a Id)> + Clone) -> bool {
     (0..DRAWS).any(|seed| {
         let (mut sums, mut largest) = ([0.0; 2], 0.0_f64);
         for (test, coefficient) in terms.clone() {

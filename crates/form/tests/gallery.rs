@@ -8,8 +8,8 @@ use std::process::Command;
 
 use faceoff_form::Problem;
 use faceoff_form::codes::{CODES, Code};
-use faceoff_mesh::mesh::Mesh;
-use faceoff_mesh::mesh::generate::union_jack;
+use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
 /// Largest difference of two codes, over the largest value.
 const TOLERANCE: f64 = 1e-11;
@@ -33,6 +33,17 @@ fn square() -> Mesh {
         let bump = 16.0 * x * (1.0 - x) * y * (1.0 - y);
         point[0] += 0.03 * bump * (7.0 * y).sin();
         point[1] += 0.03 * bump * (5.0 * x + 1.0).cos();
+    }
+    mesh
+}
+
+fn cube() -> Mesh {
+    let mut mesh = union_cube(2, [1.0; 3]);
+    for point in mesh.points.to_mut() {
+        let [x, y, z] = *point;
+        let bump = 64.0 * x * (1.0 - x) * y * (1.0 - y) * z * (1.0 - z);
+        point[0] += 0.05 * bump;
+        point[2] -= 0.03 * bump;
     }
     mesh
 }
@@ -89,9 +100,8 @@ fn values(path: &Path, problem: &Problem) -> Values {
                 places().map(|p| p[i]).sum::<f64>() / nodes.len() as f64
             });
             for (k, place) in nodes.iter().zip(places()) {
-                let key: Place = std::array::from_fn(|i| {
-                    round(if i < 3 { centre[i] } else { place[i - 3] })
-                });
+                let key: Place =
+                    std::array::from_fn(|i| round(if i < 3 { centre[i] } else { place[i - 3] }));
                 let at = *k as usize * field.components;
                 of.insert(key, numbers[at..at + field.components].to_vec());
             }
@@ -127,7 +137,8 @@ fn agree(name: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
 }
 
 fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
-    let problem = Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
+    let problem =
+        Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
     let mut lacking = Vec::new();
     let mut results: Vec<(&str, Values)> = Vec::new();
     for code in &CODES {
@@ -178,4 +189,259 @@ all_codes_agree! {
     p_laplace: "p-laplace",
     neo_hooke: "neo-hooke",
     signorini: "signorini",
+}
+
+/// The codes that lack what a form needs.
+fn lacking(text: &str, mesh: &Mesh) -> Vec<&'static str> {
+    agree_on(text, mesh)
+        .into_iter()
+        .map(|(name, _)| name)
+        .collect()
+}
+
+const NONE: [&str; 0] = [];
+
+/// The square with two groups of cells, `inner` and `outer`, and the facets between them, `interface`.
+fn two_regions() -> Mesh {
+    let mut mesh = square();
+    let is_inner = |nodes: &[u32]| {
+        let centre = |axis: usize| {
+            nodes
+                .iter()
+                .map(|k| mesh.points[*k as usize][axis])
+                .sum::<f64>()
+                / 3.0
+        };
+        centre(0) > 0.4 && centre(1) < 0.6
+    };
+    let triangles = || {
+        mesh.cells()
+            .filter(|(_, kind, _)| *kind == CellKind::Triangle)
+    };
+    let mut groups = [Group::new(2, 7), Group::new(2, 8)];
+    let mut edges: BTreeMap<[u32; 2], Vec<bool>> = BTreeMap::new();
+    for (cell, _, nodes) in triangles() {
+        groups[usize::from(!is_inner(nodes))].cells.push(cell);
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            let edge = [nodes[a].min(nodes[b]), nodes[a].max(nodes[b])];
+            edges.entry(edge).or_default().push(is_inner(nodes));
+        }
+    }
+    let between = edges
+        .into_iter()
+        .filter(|(_, sides)| sides.len() == 2 && sides[0] != sides[1]);
+    let nodes: Vec<u32> = between.flat_map(|(edge, _)| edge).collect();
+    let mut interface = Group::new(1, 12);
+    let first = mesh.cell_count() as u32;
+    interface.cells = (first..first + nodes.len() as u32 / 2).collect();
+    mesh.blocks.push(CellBlock::new(CellKind::Line, nodes));
+    for (mut group, name) in
+        groups
+            .into_iter()
+            .chain([interface])
+            .zip(["inner", "outer", "interface"])
+    {
+        group.name = Some(name.into());
+        mesh.groups.push(group);
+    }
+    mesh.groups.sort_by_key(|group| (group.dim, group.tag));
+    mesh
+}
+
+#[test]
+fn groups_of_cells_and_facets() {
+    let text = r#"
+name = "regions"
+[spaces]
+u = "P2"
+[form]
+F = """
+inner(grad(u), grad(v))*dx + 10*inner(grad(u), grad(v))*dx(inner) + u*v*dx([7, outer]) - x*v*dx('outer')
+- y*v*ds(left, right) - v*ds([top]) - 3*avg(v)*dS(interface) + u*v*ds
+"""
+"#;
+    assert_eq!(lacking(text, &two_regions()), NONE);
+    // Jumps across some facets only.
+    let text = r#"
+name = "membrane"
+[spaces]
+u = "DG1"
+[form]
+F = """
+inner(grad(u), grad(v))*dx + u*v*dx - x*v*dx(inner) - exp(y)*v*dx
+- inner(avg(grad(u)), jump(v, n))*dS - inner(jump(u, n), avg(grad(v)))*dS + 12/avg(h)*jump(u)*jump(v)*dS
++ 0.5*inner(jump(u, n), jump(v, n))*dS(interface) - (x*avg(v) + dot(jump(v, n), [1, 2])*h('+')*h('-'))*dS(interface)
+"""
+"#;
+    assert_eq!(lacking(text, &two_regions()), NONE);
+}
+
+/// At a corner two groups hold the same dofs with other values: the later one counts, in every code.
+#[test]
+fn the_later_condition_counts_at_corners() {
+    let text = |space: &str, conditions: &str| {
+        format!(
+            "name = \"corners\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"inner(grad(u), grad(v))*dx\"\n[dirichlet]\n{conditions}\n"
+        )
+    };
+    for conditions in [
+        "left = 1\nbottom = 2\nright = 3\ntop = 4",
+        "top = 4\nright = 3\nbottom = 2\nleft = 1",
+    ] {
+        assert_eq!(lacking(&text("P2", conditions), &square()), NONE);
+    }
+    // Component by component.
+    let conditions = "left = [1, \"free\"]\nbottom = [\"free\", \"y + 2\"]\ntop = [3, \"-x\"]";
+    assert_eq!(lacking(&text("P1^2", conditions), &square()), NONE);
+}
+
+#[test]
+fn conditions_on_facets_between_cells() {
+    let text = r#"
+name = "fixed-interface"
+[spaces]
+u = "P1"
+[form]
+F = "inner(grad(u), grad(v))*dx - v*dx"
+[dirichlet]
+interface = "x + 2*y"
+left = 0
+"#;
+    assert_eq!(lacking(text, &two_regions()), NONE);
+}
+
+#[test]
+fn cofactors_of_a_matrix_that_is_not_symmetric() {
+    let text = r#"
+name = "cofactors"
+[spaces]
+u = "P1"
+[form]
+F = "inner(cofac([[1 + x, 2], [y, 5]]), outer(grad(u), grad(v)))*dx - v*dx"
+[dirichlet]
+left = 0
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+}
+
+/// Words of some code as names; test functions by `test`; coefficients by conditions; interpolated data.
+#[test]
+fn names_that_codes_know_already() {
+    let text = r#"
+name = "names"
+[spaces]
+mean = "P1"
+region = "P2"
+N = "P0"
+[parameters]
+lambda = 2.5
+real = 1.25
+pi_2 = 0.5
+[data]
+area = "conditional(x < 0.5, 1, 2 + y)"
+E = { expr = "exp(x)*y", space = "P1" }
+[form]
+F = """
+inner(grad(mean), grad(test.mean))*dx + lambda*mean*test.mean*dx + region*test.mean*dx
++ area*inner(grad(region), grad(test.region))*dx - mean*test.region*dx - E*test.region*dx + pi_2*E*region*test.region*dx
++ real*N*test.N*dx - abs(x - 0.3)*test.N*dx + conditional(x*y >= 0.25, mean, 0.5)*test.N*dx
+"""
+[dirichlet]
+region = { left = "y" }
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+}
+
+#[test]
+fn discontinuous_spaces() {
+    let text = |space: &str| {
+        format!(
+            "name = \"volumes\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"u*v*dx + 1/avg(h)*jump(u)*jump(v)*dS - exp(x*y)*v*dx + h*u^3*v*ds\"\n"
+        )
+    };
+    assert_eq!(lacking(&text("P0"), &square()), NONE);
+    assert_eq!(lacking(&text("DG1"), &square()), NONE);
+    assert_eq!(lacking(&text("DG2"), &square()), ["freefem"]);
+}
+
+#[test]
+fn cubic_elements() {
+    let text = form("poisson").replace("P2", "P3");
+    assert_eq!(lacking(&text, &square()), ["freefem"]);
+}
+
+#[test]
+fn every_function() {
+    let text = r#"
+name = "functions"
+[spaces]
+u = "P1"
+[data]
+f = "sin(x) + cos(y) + tan(x*y) + asin(x/2) + acos(y/2) + atan(x) + atan2(y, x + 1) + sinh(x) + cosh(y) + tanh(x) + log(1 + x) + sqrt(1 + y)"
+[form]
+F = """
+u*v*dx - (f + abs(x - 0.5) + min(x, y) + max(x, 0.3) + sign(x - y) + pos(0.4 - x) + pow(1 + x, y) + x^-2*0 + (1 + x)^-2 + pi)*v*dx
++ (sinh(0.1*u) + tanh(u) + atan(u) + 0.1*sqrt(1 + u^2) + u^3/(1 + u^2))*v*dx
+"""
+"#;
+    assert_eq!(lacking(&text.replace("x^-2*0 + ", ""), &square()), NONE);
+}
+
+#[test]
+fn tetrahedra() {
+    let text = r#"
+name = "cube"
+[spaces]
+u = "P2"
+[form]
+F = "(1 + z)*inner(grad(u), grad(v))*dx - exp(x)*z*v*dx - x*y*v*ds(top) + h*u*v*ds(front) + n[2]*v*ds"
+[dirichlet]
+left = "y + z"
+"#;
+    assert_eq!(lacking(text, &cube()), NONE);
+    let text = r#"
+name = "solid"
+[spaces]
+u = "P1^3"
+[parameters]
+mu = 1.5
+lam = 2.0
+[form]
+F = "2*mu*inner(sym(grad(u)), sym(grad(v)))*dx + lam*div(u)*div(v)*dx - dot([0, x, -1], v)*dx + dot(cross(n, [1, 2, 3]), v)*ds(right) + dot(curl(u), v)*dx"
+degree = 2
+facet_degree = 2
+[dirichlet]
+left = [0, 0, "0.1*y"]
+bottom = ["free", 0, "free"]
+"#;
+    assert_eq!(lacking(text, &cube()), NONE);
+    let text = r#"
+name = "faces"
+[spaces]
+u = "CR"
+[form]
+F = "inner(grad(u), grad(v))*dx - x*v*dx + jump(u)*jump(v)*dS"
+[dirichlet]
+left = 0
+"#;
+    assert_eq!(lacking(text, &cube()), ["freefem", "ngsolve"]);
+}
+
+/// Jumps inside of functions: the derivatives of codes on facets between cells are put to the test.
+#[test]
+fn nonlinear_jumps() {
+    let text = r#"
+name = "jumps"
+[spaces]
+u = "DG1"
+w = "DG1^2"
+[form]
+F = """
+u*v*dx - exp(x)*v*dx + dot(w, test.w)*dx - dot([x, y*y], test.w)*dx + 0.1*u*inner(grad(w), grad(test.w))*dx
++ sqrt(1 + jump(u)^2)*jump(u)*jump(v)*dS + avg(u^2)*avg(v)*dS
++ 0.1*dot(jump(w), jump(grad(u)))*avg(v)*dS + jump(w, n)*jump(test.w, n)*(1 + avg(u))*dS - avg(x*u)*jump(test.w, n)*dS
++ max(u - 1, 0)*v*ds
+"""
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
 }

@@ -98,7 +98,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         }
     }
     let texts = problem.data.iter().flat_map(|datum| &datum.texts);
-    let uses = |word: &str| texts.clone().any(|text| text.contains(word)) || problem.form.0.contains(word);
+    let uses =
+        |word: &str| texts.clone().any(|text| text.contains(word)) || problem.form.0.contains(word);
     if uses("cofac") {
         s += COFACTORS;
     }

@@ -1,5 +1,7 @@
 //! FreeFEM: the form as `varf` in scalars, on meshes of triangles or tetrahedra, without plugins.
 
+use std::collections::BTreeMap;
+
 use faceoff_fem::scene::expression::Function;
 
 use super::Code;
@@ -19,7 +21,7 @@ pub const CODE: Code = Code {
 /// Words of FreeFEM, and those of the frame.
 const RESERVED: &str = "x y z N P label region nuTriangle nuEdge hTriangle lenEdge area volume pi i Th Vh Out F J Th0 X Y Z A r d it e k \
     mesh mesh3 real int func macro varf string result order file values fixed held dx dy dz dxx dyy jump mean average on int1d int2d int3d \
-    P0 P1 P2 P3 P1nc P1dc P2dc P1b sin cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
+    P0 P1 P2 P3 P1nc P1dc P2dc P1b sin C D from to own drawnBack cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
     trunc matrix complex bool if else for while break continue return try catch true false verbosity ARGV CG LU UMFPACK sparsesolver \
     clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK name reads writes";
 
@@ -91,8 +93,13 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
 
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
-    let words = Words::new(problem, RESERVED, 1, '0');
+    let mut words = Words::new(problem, RESERVED, 1, '0');
     let residual = problem.residual();
+    // Names for what selects the facets of groups.
+    let interior = residual.iter().map(|i| &i.measure);
+    let interior = interior.filter(|m| m.domain == Domain::Interior && !m.groups.is_empty());
+    let marks = interior.map(|m| (m.groups.clone(), words.fresh("marked")));
+    let marks: BTreeMap<Vec<usize>, String> = marks.collect();
     let jacobian: Vec<_> = residual
         .iter()
         .map(|i| (i.measure.clone(), problem.derivative(i)))
@@ -110,10 +117,6 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         .map(|(k, _)| element(problem.unknowns[*k].space.element, dim))
         .collect::<Result<_, _>>()?;
     let output = problem.output();
-    if output == Element::Broken(2) {
-        return Err("FreeFEM's discontinuous P2 has its nodes inside of cells, so that its values at theirs are not written".into());
-    }
-    let out = element(output, dim)?;
     let names = |of: fn(usize) -> Field| {
         let each = components
             .iter()
@@ -192,6 +195,14 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let space = list(&elements.iter().map(|e| (*e).to_owned()).collect::<Vec<_>>());
     s += &format!("\nfespace Vh(Th, {space});\nVh {};\n", list(&unknowns));
 
+    for (groups, mark) in &marks {
+        let tags = tags(problem, groups);
+        s += &format!(
+            "fespace E{mark}(Th, P0edge);\nE{mark} {mark};  // 1 on some facets, 0 on all others\n\
+             varf on{mark}(e, f) = on({tags}e = 1);\n{mark}[] = on{mark}(0, E{mark}, tgv=1);\n"
+        );
+    }
+
     let mut sums = Vec::new();
     let roots: Vec<Id> = residual
         .iter()
@@ -232,8 +243,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         match measure.domain {
             // Each interior edge is seen from both cells, an edge of the boundary from one.
             Domain::Interior => format!(
-                "{}(\n          0.5*(nTonEdge - 1)*({sum}))",
-                over(problem, measure)
+                "{}(\n          0.5*(nTonEdge - 1)*{}({sum}))",
+                over(problem, measure),
+                marks
+                    .get(&measure.groups)
+                    .map_or(String::new(), |mark| format!("{mark}*"))
             ),
             _ => format!("{}(\n          {sum})", over(problem, measure)),
         }
@@ -290,8 +304,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
          matrix A = J(Vh, Vh, tgv=-1);\n  set(A, solver=UMFPACK);\n  real[int] d = A^-1*r;\n  {u}[] -= d;\n  done = d.l2 <= 1e-10*{u}[].l2; // of NaN, linfty is 0 and l2 is NaN\n}}\n\
          if (!done) {{ cout << \"Newton's method did not converge.\" << endl; exit(1); }}\n"
     );
-    s += &result(problem, &words, out, output);
+    s += &result(problem, &words, output)?;
     Ok(s)
+}
+
+/// The numbers of groups, each with a comma.
+fn tags(problem: &Problem, groups: &[usize]) -> String {
+    let each = groups.iter();
+    each.map(|k| format!("{}, ", problem.groups[*k].tag))
+        .collect()
 }
 
 /// `int2d(Th, …)` and the like, by the rules that FreeFEM has built in.
@@ -305,11 +326,7 @@ fn over(problem: &Problem, measure: &Measure) -> String {
         "walkington-14" => "qfV=qfV5",
         _ => "qfV=qfV2",
     });
-    let tags: String = measure
-        .groups
-        .iter()
-        .map(|k| format!("{}, ", problem.groups[*k].tag))
-        .collect();
+    let tags = tags(problem, &problem.named(measure));
     match (measure.domain, problem.dim) {
         (Domain::Cells, 2) => format!("int2d(Th, {tags}{cells})"),
         (Domain::Cells, _) => format!("int3d(Th, {tags}{cells})"),
@@ -320,64 +337,114 @@ fn over(problem: &Problem, measure: &Measure) -> String {
 }
 
 /// The values of all unknowns at the nodes of cells, as VTU, for which FreeFEM has no writer of its own.
-fn result(problem: &Problem, words: &Words, out: &str, output: Element) -> String {
-    let dim = problem.dim;
-    let (order, kind) = match (output.degree(), dim) {
-        (1, 2) => ("0, 1, 2", 5),
-        (1, _) => ("0, 1, 2, 3", 10),
-        (_, 2) => ("0, 1, 2, 5, 3, 4", 22),
-        (_, _) => ("0, 1, 2, 3, 4, 7, 5, 6, 8, 9", 24),
+fn result(problem: &Problem, words: &Words, output: Element) -> Result<String, String> {
+    let (dim, degree) = (problem.dim, output.degree());
+    if degree > 2 {
+        return Err(format!("FreeFEM without plugins has no {}", output.name()));
+    }
+    let kind = match (degree, dim) {
+        (1, 2) => 5,
+        (1, _) => 10,
+        (_, 2) => 22,
+        (_, _) => 24,
     };
-    let axes = &["x", "y", "z"][..dim];
+    // Nodes are the middles of two vertices, in VTK's order; vertices are in the middle between themselves.
+    let mut ends: Vec<(usize, usize)> = (0..=dim).map(|k| (k, k)).collect();
+    if degree == 2 {
+        ends.extend(
+            [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+                .iter()
+                .take(if dim == 2 { 3 } else { 6 }),
+        );
+    }
+    let list = |of: &dyn Fn(&(usize, usize)) -> usize| {
+        let all = ends.iter().map(|end| of(end).to_string());
+        all.collect::<Vec<_>>().join(", ")
+    };
     let mut s = format!(
-        "\n// The result as VTU: the nodes of {out}, in VTK's order.\nfespace Out(Th, {out});\nOut X = x, Y = y, Z = {};\n",
-        axes.get(2).unwrap_or(&"0")
+        "\n// The result as VTU. Nodes are vertices and middles of edges, in VTK's order; each cell has its own.\n\
+         int[int] from = [{}], to = [{}];\n",
+        list(&|end| end.0),
+        list(&|end| end.1)
     );
-    let mut arrays = vec!["X".to_owned(), "Y".into(), "Z".into()];
+    // FreeFEM's numbers of the nodes of quadratic elements: edges lie opposite vertices, or are in the order of their ends.
+    let own = match (degree, dim) {
+        (1, _) => "from",
+        (_, 2) => {
+            s += "int[int] own = [0, 1, 2, 5, 3, 4];\n";
+            "own"
+        }
+        _ => {
+            s += "int[int] own = [0, 1, 2, 3, 4, 7, 5, 6, 8, 9];\n";
+            "own"
+        }
+    };
+    let is_broken = |k: &usize| !problem.unknowns[*k].space.element.is_continuous();
+    let (broken, whole): (Vec<usize>, Vec<usize>) =
+        (0..problem.unknowns.len()).partition(is_broken);
+    if !whole.is_empty() {
+        s += &format!("fespace C(Th, P{degree});\n");
+    }
+    if !broken.is_empty() {
+        let (space, shrink) = if dim == 2 {
+            ("P1dc", "0.99")
+        } else {
+            ("P1dc3d", "0.9999")
+        };
+        s += &format!(
+            "fespace D(Th, {space});  // its nodes are the vertices, drawn towards the centre of their cell by {shrink}\n\
+             func real drawnBack(real[int] & a, int k, int i) {{\n  real mean = 0;\n  for (int j = 0; j < {0}; ++j) mean += a[D(k, j)]/{0};\n  \
+             return mean + (0.5*(a[D(k, from[i])] + a[D(k, to[i])]) - mean)/{shrink};\n}}\n",
+            dim + 1
+        );
+    }
+    let mut values: Vec<Vec<String>> = vec![Vec::new(); problem.unknowns.len()];
     let mut at = 0;
-    let mut fields = Vec::new();
-    for (k, unknown) in problem.unknowns.iter().enumerate() {
-        let mut of_it = Vec::new();
+    for (k, of_it) in values.iter_mut().enumerate() {
         for part in words.parts(Field::Unknown(k)) {
-            s += &format!("Out out{at} = {part};\n");
-            of_it.push(format!("out{at}"));
+            match is_broken(&k) {
+                true => {
+                    s += &format!("D out{at} = {part};\n");
+                    of_it.push(format!("drawnBack(out{at}[], k, i)"));
+                }
+                false => {
+                    s += &format!("C out{at} = {part};\n");
+                    of_it.push(format!("out{at}[][C(k, {own}[i])]"));
+                }
+            }
             at += 1;
         }
-        arrays.extend(of_it.iter().cloned());
-        fields.push((unknown.name.clone(), of_it));
     }
-    if !output.is_continuous() {
-        let (nodes, shrink) = if dim == 2 { (3, "0.99") } else { (4, "0.9999") };
-        s += &format!(
-            "// The nodes of {out} are the vertices, drawn towards the centre of their cell by {shrink}: linear functions are drawn back.\n\
-             func int drawBack(real[int] & a) {{\n  for (int k = 0; k < Th.nt; ++k) {{\n    real mean = 0;\n    for (int i = 0; i < {nodes}; ++i) mean += a[Out(k, i)]/{nodes};\n    \
-             for (int i = 0; i < {nodes}; ++i) a[Out(k, i)] = mean + (a[Out(k, i)] - mean)/{shrink};\n  }}\n  return 0;\n}}\n"
-        );
-        for array in &arrays {
-            s += &format!("drawBack({array}[]);\n");
-        }
-    }
-    s += &format!(
-        "int[int] order = [{order}];\n{{\n  ofstream file(writes);\n  file.precision(17);\n  \
-         file << \"<VTKFile type='UnstructuredGrid' version='1.0' byte_order='LittleEndian'><UnstructuredGrid>\" << endl\n       \
-         << \"<Piece NumberOfPoints='\" << Out.ndof << \"' NumberOfCells='\" << Th.nt << \"'>\" << endl\n       \
-         << \"<Points><DataArray type='Float64' NumberOfComponents='3' format='ascii'>\" << endl;\n  \
-         for (int i = 0; i < Out.ndof; ++i) file << X[][i] << \" \" << Y[][i] << \" \" << Z[][i] << endl;\n  \
-         file << \"</DataArray></Points><Cells><DataArray type='Int64' Name='connectivity' format='ascii'>\" << endl;\n  \
-         for (int k = 0; k < Th.nt; ++k) {{\n    for (int i = 0; i < order.n; ++i) file << Out(k, order[i]) << \" \";\n    file << endl;\n  }}\n  \
-         file << \"</DataArray><DataArray type='Int64' Name='offsets' format='ascii'>\" << endl;\n  \
-         for (int k = 1; k <= Th.nt; ++k) file << order.n*k << endl;\n  \
-         file << \"</DataArray><DataArray type='UInt8' Name='types' format='ascii'>\" << endl;\n  \
-         for (int k = 0; k < Th.nt; ++k) file << {kind} << endl;\n  file << \"</DataArray></Cells><PointData>\" << endl;\n"
-    );
-    for (name, parts) in fields {
-        let values: Vec<String> = parts.iter().map(|part| format!("{part}[][i]")).collect();
-        s += &format!(
-            "  file << \"<DataArray type='Float64' Name='{name}' NumberOfComponents='{}' format='ascii'>\" << endl;\n  \
-             for (int i = 0; i < Out.ndof; ++i) file << {} << endl;\n  file << \"</DataArray>\" << endl;\n",
-            parts.len(),
+    let coordinates = ["x", "y", "z"].map(|axis| match (axis, dim) {
+        ("z", 2) => "0".to_owned(),
+        _ => format!("0.5*(Th[k][from[i]].{axis} + Th[k][to[i]].{axis})"),
+    });
+    let each = |values: &[String]| {
+        format!(
+            "  for (int k = 0; k < Th.nt; ++k)\n    for (int i = 0; i < from.n; ++i) file << {} << endl;\n",
             values.join(" << \" \" << ")
+        )
+    };
+    s += &format!(
+        "{{\n  ofstream file(writes);\n  file.precision(17);\n  \
+         file << \"<VTKFile type='UnstructuredGrid' version='1.0' byte_order='LittleEndian'><UnstructuredGrid>\" << endl\n       \
+         << \"<Piece NumberOfPoints='\" << from.n*Th.nt << \"' NumberOfCells='\" << Th.nt << \"'>\" << endl\n       \
+         << \"<Points><DataArray type='Float64' NumberOfComponents='3' format='ascii'>\" << endl;\n{}  \
+         file << \"</DataArray></Points><Cells><DataArray type='Int64' Name='connectivity' format='ascii'>\" << endl;\n  \
+         for (int i = 0; i < from.n*Th.nt; ++i) file << i << endl;\n  \
+         file << \"</DataArray><DataArray type='Int64' Name='offsets' format='ascii'>\" << endl;\n  \
+         for (int k = 1; k <= Th.nt; ++k) file << from.n*k << endl;\n  \
+         file << \"</DataArray><DataArray type='UInt8' Name='types' format='ascii'>\" << endl;\n  \
+         for (int k = 0; k < Th.nt; ++k) file << {kind} << endl;\n  file << \"</DataArray></Cells><PointData>\" << endl;\n",
+        each(&coordinates)
+    );
+    for (unknown, values) in problem.unknowns.iter().zip(&values) {
+        s += &format!(
+            "  file << \"<DataArray type='Float64' Name='{}' NumberOfComponents='{}' format='ascii'>\" << endl;\n{}  file << \"</DataArray>\" << endl;\n",
+            unknown.name,
+            values.len(),
+            each(values)
         );
     }
-    s + "  file << \"</PointData></Piece></UnstructuredGrid></VTKFile>\" << endl;\n}\n"
+    Ok(s + "  file << \"</PointData></Piece></UnstructuredGrid></VTKFile>\" << endl;\n}\n")
 }

@@ -5,7 +5,7 @@ use faceoff_fem::scene::expression::Function;
 use super::Code;
 use super::python;
 use super::spelling::{Exponent, Shared, Spelling, Words, shared};
-use crate::problem::{Domain, Element, Measure, Problem};
+use crate::problem::{Domain, Element, Integral, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
 /// NGSolve 6.2, without its user interface.
@@ -18,7 +18,7 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "ngsolve netgen mesh here V W a u_ gf hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
+const RESERVED: &str = "ngsolve netgen mesh here V W a b J u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
     sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse";
 
 fn space(element: Element, dim: usize, held: &str, jumps: bool) -> Result<String, String> {
@@ -64,11 +64,14 @@ fn choice(sign: &str, [a, b, c, d]: &[String; 4]) -> String {
     }
 }
 
-fn end(problem: &Problem, words: &Words, node: Node) -> String {
-    let other = |name: String, side| match side {
+fn other(name: String, side: Side) -> String {
+    match side {
         Side::Minus => format!("{name}.Other()"),
         _ => name,
-    };
+    }
+}
+
+fn end(problem: &Problem, words: &Words, node: Node) -> String {
     match node {
         Node::Pi => "np.pi".into(),
         Node::Parameter(k) => words.parameters[k].clone(),
@@ -142,6 +145,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         HOLD.replace("NODES", &reference(dim - 1))
             .replace("CELLS", &reference(dim))
     );
+    let is_part =
+        |i: &Integral| i.measure.domain == Domain::Interior && !i.measure.groups.is_empty();
+    if problem.integrals.iter().any(is_part) {
+        s += &BETWEEN.replace("FACETS", if dim == 2 { "edges" } else { "faces" });
+    }
     for (k, datum) in problem.data.iter().enumerate() {
         for (name, value) in words.parts(Field::Datum(k)).iter().zip(&datum.components) {
             let value = spelling.text(&problem.scalars, *value, &none);
@@ -149,7 +157,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 None => s += &format!("{name} = CF({value})\n"),
                 Some(of) => {
                     s += &format!(
-                        "{name} = ngsolve.GridFunction({})\nhold({name}, VOL, None, {}, CF({value}))\n",
+                        "{name} = ngsolve.GridFunction({})\nhold({name}, VOL, {}, (None, CF({value})))\n",
                         space(of.element, dim, "", false)?,
                         of.element.degree()
                     )
@@ -191,6 +199,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         names(Field::Test)
     );
     let residual = problem.residual();
+    let by_hand: Vec<bool> = residual
+        .iter()
+        .map(|i| i.measure.domain == Domain::Interior && !problem.is_bilinear(i))
+        .collect();
+    let derivatives: Vec<_> = residual
+        .iter()
+        .zip(&by_hand)
+        .map(|(integral, by_hand)| by_hand.then(|| problem.derivative(integral)))
+        .collect();
     let ends = |node: Node| end(problem, &words, node);
     let spelling = Spelling {
         end: &ends,
@@ -198,66 +215,91 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         power,
         choice,
     };
-    let roots: Vec<Id> = residual
-        .iter()
-        .flat_map(|i| i.terms.values().copied())
-        .collect();
-    let found = shared(
-        &problem.scalars,
-        &roots,
-        &mut Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_'),
-    );
-    let mut known = Shared::new();
-    for (id, name) in &found {
-        s += &format!(
-            "{name} = {}\n",
-            spelling.definition(&problem.scalars, *id, &known)
-        );
-        known.insert(*id, name.clone());
-    }
+    let name = |i: usize| if by_hand[i] { "b" } else { "a" };
+    let each = residual.iter().enumerate().map(|(i, integral)| {
+        let terms = integral.terms.iter().map(|(test, c)| (vec![*test], *c));
+        (name(i), &integral.measure, terms.collect())
+    });
+    let each: Vec<Terms<'_>> = each.collect();
     s += "a = ngsolve.BilinearForm(V)\n";
-    for integral in &residual {
-        let each = integral.terms.iter().map(|(test, c)| {
-            let test: &Leaf = test;
-            let end = (spelling.end)(Node::Leaf(*test));
-            match problem.scalars.number_of(*c) {
-                Some(1.0) => end,
-                Some(-1.0) => format!("-{end}"),
-                _ => format!("{}*{end}", spelling.factor(&problem.scalars, *c, &known)),
-            }
-        });
-        let sum = each
-            .collect::<Vec<_>>()
-            .join("\n    + ")
-            .replace("+ -", "- ");
-        s += &format!(
-            "a += (\n    {sum}\n)*{}\n",
-            over(&integral.measure, &name_of)
-        );
+    if by_hand.contains(&true) {
+        s += "b = ngsolve.BilinearForm(V)\n";
     }
-    s += "\n# The values that are held; of two that hold one dof, the later counts.\ntotal = ngsolve.GridFunction(V)\n";
-    for condition in &problem.conditions {
+    s += &integrals(problem, &spelling, &each, &name_of);
+    s += "total = ngsolve.GridFunction(V)\n";
+    if by_hand.contains(&true) {
+        s += "\n# NGSolve's derivative of integrals over facets between cells is right for bilinear ones only: J is that of b.\nJ = ngsolve.BilinearForm(V)\n";
+        let part = |leaf: Leaf, k: usize| match components.len() {
+            1 => "total".to_owned(),
+            _ => format!("total.components[{}]", problem.position(k, leaf.component)),
+        };
+        let ends = |node: Node| match node {
+            Node::Leaf(leaf) => match (leaf.field, leaf.axis) {
+                (Field::Increment(k), _) => end(
+                    problem,
+                    &words,
+                    Node::Leaf(Leaf {
+                        field: Field::Unknown(k),
+                        ..leaf
+                    }),
+                ),
+                (Field::Unknown(k), None) => other(part(leaf, k), leaf.side),
+                (Field::Unknown(k), Some(axis)) => {
+                    format!(
+                        "{}[{axis}]",
+                        other(format!("grad({})", part(leaf, k)), leaf.side)
+                    )
+                }
+                _ => end(problem, &words, node),
+            },
+            _ => end(problem, &words, node),
+        };
+        let spelling = Spelling {
+            end: &ends,
+            call,
+            power,
+            choice,
+        };
+        let each = residual
+            .iter()
+            .zip(&derivatives)
+            .filter_map(|(integral, by)| {
+                let terms = by.as_ref()?.iter();
+                let terms = terms.map(|((test, increment), c)| (vec![*increment, *test], *c));
+                Some(("J", &integral.measure, terms.collect()))
+            });
+        s += &integrals(problem, &spelling, &each.collect::<Vec<_>>(), &name_of);
+    }
+    s += "\n# The values that are held; of two that hold one dof, the later counts.\n";
+    for (at, (k, c)) in components.iter().enumerate() {
+        let mine = problem
+            .conditions
+            .iter()
+            .filter(|condition| (condition.unknown, condition.component) == (*k, *c));
+        let values = mine.map(|condition| {
+            let value = spelling.text(&problem.scalars, condition.value, &none);
+            format!(", (\"{}\", CF({value}))", name_of(condition.group))
+        });
+        let values: String = values.collect();
+        if values.is_empty() {
+            continue;
+        }
         let part = match components.len() {
             1 => "total".to_owned(),
-            _ => format!(
-                "total.components[{}]",
-                problem.position(condition.unknown, condition.component)
-            ),
+            _ => format!("total.components[{at}]"),
         };
-        let element = problem.unknowns[condition.unknown].space.element;
-        let degree = if element == Element::CrouzeixRaviart {
-            0
-        } else {
-            element.degree()
+        let degree = match problem.unknowns[*k].space.element {
+            Element::CrouzeixRaviart => 0,
+            element => element.degree(),
         };
-        s += &format!(
-            "hold({part}, BND, \"{}\", {degree}, CF({}))\n",
-            name_of(condition.group),
-            spelling.text(&problem.scalars, condition.value, &none)
-        );
+        s += &format!("hold({part}, BND, {degree}{values})\n");
     }
     s += "\n# Newton's method from there, 0 elsewhere; a linear form takes one step, and a second one to see it.\nr, d = total.vec.CreateVector(), total.vec.CreateVector()\n\
-          for step in range(30):\n    a.Apply(total.vec, r)\n    a.AssembleLinearization(total.vec)\n    d.data = a.mat.Inverse(V.FreeDofs(), inverse=\"umfpack\") * r\n    total.vec.data -= d\n    \
+          for step in range(30):\n    a.Apply(total.vec, r)\n    a.AssembleLinearization(total.vec)\n";
+    if by_hand.contains(&true) {
+        s += "    b.Apply(total.vec, d)\n    r.data += d\n    J.Assemble()\n    a.mat.AsVector().data += J.mat.AsVector()\n";
+    }
+    s += "    d.data = a.mat.Inverse(V.FreeDofs(), inverse=\"umfpack\") * r\n    total.vec.data -= d\n    \
           if abs(d.FV().NumPy()).max() <= 1e-10*abs(total.vec.FV().NumPy()).max():\n        break\nelse:\n    sys.exit(\"Newton's method did not converge.\")\n";
     let (nodes, kind) = python::nodes(problem.output(), dim)?;
     // NGSolve's reference coordinates belong to the first vertices, the last one is the origin.
@@ -291,6 +333,56 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         )
     });
     Ok(s + &python::bottom(problem.output(), kind, &values.collect::<Vec<_>>()))
+}
+
+/// Integrals: the form that they belong to, the measure, and products of functions with their coefficients.
+type Terms<'a> = (&'static str, &'a Measure, Vec<(Vec<Leaf>, Id)>);
+
+fn integrals(
+    problem: &Problem,
+    spelling: &Spelling<'_>,
+    each: &[Terms<'_>],
+    name_of: &dyn Fn(usize) -> String,
+) -> String {
+    let roots: Vec<Id> = each
+        .iter()
+        .flat_map(|(_, _, terms)| terms.iter().map(|(_, c)| *c))
+        .collect();
+    let reserved = format!("{} {RESERVED}", python::RESERVED);
+    let found = shared(
+        &problem.scalars,
+        &roots,
+        &mut Words::new(problem, &reserved, 0, '_'),
+    );
+    let mut known = Shared::new();
+    let mut s = String::new();
+    for (id, name) in &found {
+        let value = spelling.definition(&problem.scalars, *id, &known);
+        s += &format!("{name} = {value}\n");
+        known.insert(*id, name.clone());
+    }
+    for (form, measure, terms) in each {
+        let products = terms.iter().map(|(leaves, c)| {
+            let ends = leaves.iter().map(|leaf| (spelling.end)(Node::Leaf(*leaf)));
+            let ends = ends.collect::<Vec<_>>().join("*");
+            match problem.scalars.number_of(*c) {
+                Some(1.0) => ends,
+                Some(-1.0) => format!("-{ends}"),
+                _ => format!("{}*{ends}", spelling.factor(&problem.scalars, *c, &known)),
+            }
+        });
+        let sum = products
+            .collect::<Vec<_>>()
+            .join("\n    + ")
+            .replace("+ -", "- ");
+        if !sum.is_empty() {
+            s += &format!(
+                "{form} += (\n    {sum}\n)*{}\n",
+                over(problem, measure, name_of)
+            );
+        }
+    }
+    s
 }
 
 /// Netgen's mesh of the arrays, whose groups of facets are called `gN`.
@@ -354,27 +446,53 @@ fn reference(dim: usize) -> String {
     format!("[{centre}, {}, {}, {}]", points(1), points(2), points(3))
 }
 
-const HOLD: &str = r#"def hold(function, where, group, degree, g):
-    """Nodal values of g on cells or on facets of a group. NGSolve's basis is hierarchical: each element solves for its dofs."""
+const HOLD: &str = r#"def hold(function, where, degree, *values):
+    """Nodal values on cells, or on facets of groups; of two values at one node, the later counts.
+
+    NGSolve's basis is hierarchical: each element solves for its dofs.
+    """
     nodes = {BND: NODES, VOL: CELLS}[where][degree]
-    for e in function.space.Elements(where):
-        if group is None or e.mat == group:
-            element, place = function.space.GetFE(e), mesh.GetTrafo(e)
-            shapes = [np.ravel(element.CalcShape(*t)) for t in nodes]
-            for dof, value in zip(e.dofs, np.linalg.solve(shapes, [g(place(*t)) for t in nodes])):
-                function.vec[dof] = value
+    known, solved = {}, {}
+    for group, g in values:
+        for e in function.space.Elements(where):
+            if group is None or e.mat == group:
+                place, element = mesh.GetTrafo(e), function.space.GetFE(e)
+                keys = [tuple(np.round(CF((x, y, z))(place(*t)), 9)) for t in nodes]
+                known.update(zip(keys, [g(place(*t)) for t in nodes]))
+                solved[e.nr] = e.dofs, [np.ravel(element.CalcShape(*t)) for t in nodes], keys
+    for dofs, shapes, keys in solved.values():
+        for dof, value in zip(dofs, np.linalg.solve(shapes, [known[key] for key in keys])):
+            function.vec[dof] = value
 
 
 "#;
 
-fn over(measure: &Measure, name_of: &dyn Fn(usize) -> String) -> String {
-    let groups: Vec<String> = measure.groups.iter().map(|k| name_of(*k)).collect();
-    let groups = groups.join("|");
+/// The facets of groups between cells.
+const BETWEEN: &str = r#"def between(*groups):
+    """The facets of groups, as a set."""
+    found = ngsolve.BitArray(mesh.nfacet)
+    found.Clear()
+    for e in mesh.Elements(BND):
+        if e.mat in groups:
+            found.Set(e.FACETS[0].nr)
+    return found
+
+
+"#;
+
+fn over(problem: &Problem, measure: &Measure, name_of: &dyn Fn(usize) -> String) -> String {
+    let groups = problem.named(measure).into_iter().map(name_of);
+    let groups: Vec<String> = groups.collect();
+    let all = groups.join("|");
     match measure.domain {
         Domain::Cells if groups.is_empty() => "dx(intrules=rule)".into(),
-        Domain::Cells => format!("dx(\"{groups}\", intrules=rule)"),
+        Domain::Cells => format!("dx(\"{all}\", intrules=rule)"),
         Domain::Boundary if groups.is_empty() => "ds(skeleton=True, intrules=facet_rule)".into(),
-        Domain::Boundary => format!("ds(\"{groups}\", skeleton=True, intrules=facet_rule)"),
-        Domain::Interior => "dx(skeleton=True, intrules=facet_rule)".into(),
+        Domain::Boundary => format!("ds(\"{all}\", skeleton=True, intrules=facet_rule)"),
+        Domain::Interior if groups.is_empty() => "dx(skeleton=True, intrules=facet_rule)".into(),
+        Domain::Interior => format!(
+            "dx(skeleton=True, definedonelements=between(\"{}\"), intrules=facet_rule)",
+            groups.join("\", \"")
+        ),
     }
 }

@@ -211,9 +211,7 @@ impl Spelling<'_> {
             ),
             Node::Power(a, b) => {
                 let exponent = match scalars.number_of(b) {
-                    Some(n) if n.fract() == 0.0 && n.abs() < 10.0 => {
-                        Exponent::Integer(n as i8)
-                    }
+                    Some(n) if n.fract() == 0.0 && n.abs() < 10.0 => Exponent::Integer(n as i8),
                     _ => Exponent::Other(within(b, Tight::Atom)),
                 };
                 let text = (self.power)(&within(a, Tight::Atom), &exponent);

@@ -45,7 +45,13 @@ impl Editor<'_> {
         }
         text.extend(&self.chars[at..]);
         // Python takes no other blanks than these.
-        let plain = |c: char| if c.is_whitespace() && c != '\n' { ' ' } else { c };
+        let plain = |c: char| {
+            if c.is_whitespace() && c != '\n' {
+                ' '
+            } else {
+                c
+            }
+        };
         text.chars().map(plain).collect()
     }
 
@@ -132,13 +138,8 @@ impl Editor<'_> {
             // A side of a facet.
             return self.term(function);
         };
-        if let [
-            Term {
-                kind: Kind::Text(_),
-                ..
-            },
-        ] = arguments
-        {
+        let is_measure = ["dx", "ds", "dS"].contains(&name.as_str());
+        if !is_measure && matches!(arguments, [one] if matches!(one.kind, Kind::Text(_))) {
             return self.term(function);
         }
         let new = match name.as_str() {

@@ -9,7 +9,12 @@ use crate::scalar::{Field, Id, Leaf, Node, NotLinear, Side};
 
 impl Reader<'_> {
     /// An integral, if what is integrated is linear in the test functions and of its domain.
-    pub(super) fn integral(&mut self, term: &Term, integrand: Id, measure: Measure) -> Result<Integral> {
+    pub(super) fn integral(
+        &mut self,
+        term: &Term,
+        integrand: Id,
+        measure: Measure,
+    ) -> Result<Integral> {
         let is_sided = |side| side != Side::Here;
         for id in self.scalars.nodes_of([integrand]) {
             let (side, what) = match self.scalars.node(id) {
@@ -138,7 +143,11 @@ impl Reader<'_> {
                 "{} facets of the boundary are in no group, and not all codes integrate over those",
                 self.names.unmarked
             );
-            return Err(fault(whole, what, "name groups: ds(a, b), or mark the whole boundary in the mesh"));
+            return Err(fault(
+                whole,
+                what,
+                "name groups: ds(a, b), or mark the whole boundary in the mesh",
+            ));
         }
         groups.sort_unstable();
         groups.dedup();
@@ -164,7 +173,10 @@ pub fn find_group(
         && !(1..=i64::from(i32::MAX)).contains(&group.tag)
     {
         let what = format!("the group `{word}` has the number {}", group.tag);
-        return Err((what, "in most codes groups have positive numbers: change it in the mesh".into()));
+        return Err((
+            what,
+            "in most codes groups have positive numbers: change it in the mesh".into(),
+        ));
     }
     found.map(|(k, _)| k).ok_or_else(|| {
         let of_dim = groups.iter().filter(|group| group.dim == dim);

@@ -4,7 +4,9 @@ use faceoff_fem::scene::expression::syntax::{Kind, Term};
 use faceoff_fem::scene::expression::{Function, Operator};
 use faceoff_mesh::error::meant;
 
-use super::{Fault, MOST_ENTRIES, Meaning, Reader, Result, Tensor, WORDS, fault, kind_of, scalar, transpose};
+use super::{
+    Fault, MOST_ENTRIES, Meaning, Reader, Result, Tensor, WORDS, fault, kind_of, scalar, transpose,
+};
 use crate::problem::Integral;
 use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 
@@ -49,6 +51,9 @@ impl Reader<'_> {
                 }
             },
             Kind::Call(function, arguments) => match (&function.kind, &arguments[..]) {
+                (Kind::Name(name), _) if ["dx", "ds", "dS"].contains(&name.as_str()) => {
+                    return Ok(Meaning::Measure(self.measure(term, name, arguments)?));
+                }
                 (
                     _,
                     [
@@ -58,9 +63,6 @@ impl Reader<'_> {
                         },
                     ],
                 ) => self.restricted(term, function, side)?,
-                (Kind::Name(name), _) if ["dx", "ds", "dS"].contains(&name.as_str()) => {
-                    return Ok(Meaning::Measure(self.measure(term, name, arguments)?));
-                }
                 (Kind::Name(name), _) => self.call(term, name, arguments)?,
                 _ => {
                     return Err(fault(
@@ -202,7 +204,12 @@ impl Reader<'_> {
         integrals
     }
 
-    pub(super) fn binary(&mut self, term: &Term, operator: Operator, sides: &[Term; 2]) -> Result<Meaning> {
+    pub(super) fn binary(
+        &mut self,
+        term: &Term,
+        operator: Operator,
+        sides: &[Term; 2],
+    ) -> Result<Meaning> {
         let [left, right] = sides;
         let meanings = (self.meaning(left)?, self.meaning(right)?);
         Ok(Meaning::Tensor(match (operator, meanings) {

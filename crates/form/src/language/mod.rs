@@ -4,6 +4,8 @@ mod functions;
 mod integral;
 mod meaning;
 mod sides;
+#[cfg(test)]
+mod tests;
 
 pub use integral::find_group;
 

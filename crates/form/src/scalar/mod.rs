@@ -1,5 +1,8 @@
 //! Scalar expressions as one shared graph: equal expressions are one node, so that what occurs twice is found and printed once.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use faceoff_fem::scene::expression::{Comparison, Function};
@@ -493,7 +496,13 @@ impl Scalars {
         let mut with = BTreeSet::new();
         for each in self.nodes_of([id]) {
             let is_end = matches!(self.node(each), Node::Leaf(leaf) if is_argument(&leaf));
-            if is_end || self.node(each).parts().iter().any(|part| with.contains(part)) {
+            if is_end
+                || self
+                    .node(each)
+                    .parts()
+                    .iter()
+                    .any(|part| with.contains(part))
+            {
                 with.insert(each);
             }
         }
@@ -541,8 +550,7 @@ impl Scalars {
                 let then = self.linear_in(then, with, done)?;
                 let otherwise = self.linear_in(otherwise, with, done)?;
                 let zero = self.number(0.0);
-                let leaves: BTreeSet<Leaf> =
-                    then.keys().chain(otherwise.keys()).copied().collect();
+                let leaves: BTreeSet<Leaf> = then.keys().chain(otherwise.keys()).copied().collect();
                 let of = |all: &Coefficients, leaf| all.get(&leaf).copied().unwrap_or(zero);
                 let each = leaves.into_iter().map(|leaf| {
                     let parts = [a, b, of(&then, leaf), of(&otherwise, leaf)];
