@@ -44,7 +44,7 @@ pub(super) struct Arguments {
 const ENVIRONMENT: &str = "\
 Environment:
   FACEOFF_LOG            What happens inside, on standard error: info or debug
-  FACEOFF_PYTHON         The Python that has dolfinx
+  FACEOFF_PYTHON         The Python that has dolfinx, or another code of a form
   FACEOFF_MESHIO_PYTHON  The Python that has meshio
   FACEOFF_SANDBOX        `require`: every command runs other codes as with --sandbox
   NO_COLOR               No colours on a terminal";

@@ -25,7 +25,7 @@ const NOT_JUDGED: &str = "not judged";
 /// # Errors
 /// None but of a broken installation.
 pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
-    let question = "faceoff verify: do codes of one's own agree?";
+    let question = "faceoff verify: do these codes agree?";
     let verdict = word(of.verdict);
     let mut report = Report::new("face-off", question, verdict, of)?;
     report.verdict = Some((of.verdict, verdict));
