@@ -398,7 +398,7 @@ F = "(1 + z)*inner(grad(u), grad(v))*dx - exp(x)*z*v*dx - x*y*v*ds(top) + h*u*v*
 [dirichlet]
 left = "y + z"
 "#;
-    assert_eq!(lacking(text, &cube()), NONE);
+    assert_eq!(lacking(text, &cube()), ["getfem"]);
     let text = r#"
 name = "solid"
 [spaces]
@@ -424,7 +424,7 @@ F = "inner(grad(u), grad(v))*dx - x*v*dx + jump(u)*jump(v)*dS"
 [dirichlet]
 left = 0
 "#;
-    assert_eq!(lacking(text, &cube()), ["freefem", "ngsolve"]);
+    assert_eq!(lacking(text, &cube()), ["freefem", "ngsolve", "getfem"]);
 }
 
 /// Jumps inside of functions: the derivatives of codes on facets between cells are put to the test.

@@ -3,6 +3,7 @@
 
 mod dolfinx;
 mod freefem;
+mod getfem;
 mod ngsolve;
 mod python;
 mod scikit_fem;
@@ -32,11 +33,12 @@ pub struct Code {
 }
 
 /// All codes that forms are written for.
-pub const CODES: [Code; 4] = [
+pub const CODES: [Code; 5] = [
     freefem::CODE,
     dolfinx::CODE,
     scikit_fem::CODE,
     ngsolve::CODE,
+    getfem::CODE,
 ];
 
 impl Code {

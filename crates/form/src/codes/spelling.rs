@@ -116,13 +116,18 @@ pub enum Exponent {
 }
 
 impl Exponent {
+    /// The exponent by itself.
+    pub fn text(&self) -> String {
+        match self {
+            Exponent::Integer(n) if *n < 0 => format!("({n}.0)"),
+            Exponent::Integer(n) => n.to_string(),
+            Exponent::Other(text) => text.clone(),
+        }
+    }
+
     /// The base, the sign of powers and the exponent.
     pub fn after(&self, base: &str, sign: &str) -> String {
-        match self {
-            Exponent::Integer(n) if *n < 0 => format!("{base}{sign}({n}.0)"),
-            Exponent::Integer(n) => format!("{base}{sign}{n}"),
-            Exponent::Other(text) => format!("{base}{sign}{text}"),
-        }
+        format!("{base}{sign}{}", self.text())
     }
 }
 
