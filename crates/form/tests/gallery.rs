@@ -445,3 +445,20 @@ u*v*dx - exp(x)*v*dx + dot(w, test.w)*dx - dot([x, y*y], test.w)*dx + 0.1*u*inne
 "#;
     assert_eq!(lacking(text, &square()), NONE);
 }
+
+/// With data that no rule integrates exactly, only the same points give the same values.
+#[test]
+fn every_rule() {
+    let text = |degree: usize, facet_degree: usize| {
+        format!(
+            "name = \"rules\"\n[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))*dx + u*v*dx - exp(3*x)*sin(9*y)*v*dx - cos(9*x + 7*y)*v*ds\"\n\
+             degree = {degree}\nfacet_degree = {facet_degree}\n"
+        )
+    };
+    for [degree, facet_degree] in [[2, 3], [5, 5], [1, 9]] {
+        assert_eq!(lacking(&text(degree, facet_degree), &square()), NONE);
+    }
+    assert_eq!(lacking(&text(2, 2), &cube()), NONE);
+    assert_eq!(lacking(&text(2, 5), &cube()), NONE);
+    assert_eq!(lacking(&text(5, 5), &cube()), ["getfem"]);
+}

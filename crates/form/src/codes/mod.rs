@@ -5,6 +5,7 @@ mod dolfinx;
 mod freefem;
 mod getfem;
 mod ngsolve;
+mod nutils;
 mod python;
 mod scikit_fem;
 mod spelling;
@@ -33,12 +34,13 @@ pub struct Code {
 }
 
 /// All codes that forms are written for.
-pub const CODES: [Code; 5] = [
+pub const CODES: [Code; 6] = [
     freefem::CODE,
     dolfinx::CODE,
     scikit_fem::CODE,
     ngsolve::CODE,
     getfem::CODE,
+    nutils::CODE,
 ];
 
 impl Code {
