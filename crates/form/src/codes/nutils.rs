@@ -59,7 +59,10 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
             match (leaf.field, leaf.axis) {
                 (Field::Datum(k), _) if problem.data[k].space.is_none() => name,
                 (_, None) => other(name, leaf.side),
-                (_, Some(k)) => format!("{}[{k}]", other(format!("function.grad({name}, geom)"), leaf.side)),
+                (_, Some(k)) => format!(
+                    "{}[{k}]",
+                    other(format!("function.grad({name}, geom)"), leaf.side)
+                ),
             }
         }
         _ => String::new(),
@@ -113,7 +116,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     for (k, datum) in problem.data.iter().enumerate() {
         for (name, id) in words.parts(Field::Datum(k)).iter().zip(&datum.components) {
             s += &match datum.space {
-                None => format!("{name} = {}\n", spelling.text(&problem.scalars, *id, &Shared::new())),
+                None => format!(
+                    "{name} = {}\n",
+                    spelling.text(&problem.scalars, *id, &Shared::new())
+                ),
                 Some(of) => {
                     let (kind, degree) = basis(of.element)?;
                     format!(
@@ -132,11 +138,13 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         s += &format!("    topo.basis(\"{kind}\", degree={degree}),\n");
     }
     let names = |field: fn(usize) -> Field| {
-        let each = components.iter().map(|(k, c)| words.parts(field(*k))[*c].clone());
+        let each = components
+            .iter()
+            .map(|(k, c)| words.parts(field(*k))[*c].clone());
         each.collect::<Vec<_>>().join(", ")
     };
     s += &format!(
-        "]\nfirst = np.cumsum([0, *map(len, bases)])\n\n\ndef fields(name):\n    \"\"\"A function in each space; their coefficients follow each other in one argument.\"\"\"\n    \
+        "]\nfirst = np.cumsum([0, *map(len, bases)]).tolist()\n\n\ndef fields(name):\n    \"\"\"A function in each space; their coefficients follow each other in one argument.\"\"\"\n    \
          all = function.Argument(name, (first[-1],))\n    return [basis @ all[i:j] for basis, i, j in zip(bases, first, first[1:])]\n\n\n\
          {}, = fields(\"total\")\n{}, = fields(\"tests\")\n",
         names(Field::Unknown),
@@ -145,15 +153,26 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let roots = residual.iter().flat_map(|i| i.terms.values().copied());
     let roots: Vec<Id> = roots.collect();
     let mut known = Shared::new();
-    for (id, name) in shared(&problem.scalars, &roots, &mut Words::new(problem, &reserved, 0, '_')) {
-        s += &format!("{name} = {}\n", spelling.definition(&problem.scalars, id, &known));
+    for (id, name) in shared(
+        &problem.scalars,
+        &roots,
+        &mut Words::new(problem, &reserved, 0, '_'),
+    ) {
+        s += &format!(
+            "{name} = {}\n",
+            spelling.definition(&problem.scalars, id, &known)
+        );
         known.insert(id, name);
     }
     s += "F = 0.0\n";
     for integral in &residual {
         let each = integral.terms.iter().map(|(test, c)| {
             let test: &Leaf = test;
-            format!("{}*{}", spelling.factor(&problem.scalars, *c, &known), ends(Node::Leaf(*test)))
+            format!(
+                "{}*{}",
+                spelling.factor(&problem.scalars, *c, &known),
+                ends(Node::Leaf(*test))
+            )
         });
         let (parts, rule) = parts(problem, &integral.measure);
         s += &format!(
@@ -165,7 +184,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     s += "\n# The values that are held; of two that hold one dof, the later counts.\nheld, total = np.zeros(first[-1], bool), np.zeros(first[-1])\n";
     for condition in &problem.conditions {
         let group = &problem.groups[condition.group];
-        let within = if group.on == Some(Domain::Interior) { "interfaces" } else { "boundary" };
+        let within = if group.on == Some(Domain::Interior) {
+            "interfaces"
+        } else {
+            "boundary"
+        };
         let at = problem.position(condition.unknown, condition.component);
         let (_, degree) = basis(problem.unknowns[condition.unknown].space.element)?;
         s += &format!(
@@ -177,7 +200,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     }
     s += NEWTON;
     let (nodes, kind) = python::nodes(problem.output(), dim)?;
-    let nodes: Vec<String> = nodes.iter().map(|node| format!("{:?}", &node[1..])).collect();
+    let nodes: Vec<String> = nodes
+        .iter()
+        .map(|node| format!("{:?}", &node[1..]))
+        .collect();
     s += &format!(
         "\n# The values at the nodes of VTK's cells.\nnodes = at(topo, [{}], [1.0]*{})\n\n\ndef values(*parts):\n    \
          found = [nodes.eval(part, arguments={{\"total\": total}}).reshape(len(cells), {}) for part in parts]\n    return np.stack(found, axis=2)\n\n\n\
@@ -202,7 +228,9 @@ fn parts(problem: &Problem, measure: &Measure) -> (String, &'static str) {
         Domain::Interior => ("topo.interfaces", "facet_rule"),
     };
     let groups = measure.groups.iter();
-    let each: Vec<String> = groups.map(|k| format!("{of}[\"g{}\"]", problem.groups[*k].tag)).collect();
+    let each: Vec<String> = groups
+        .map(|k| format!("{of}[\"g{}\"]", problem.groups[*k].tag))
+        .collect();
     match each.is_empty() {
         true => (format!("[{of}]"), rule),
         false => (format!("[{}]", each.join(", ")), rule),
