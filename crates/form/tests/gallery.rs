@@ -335,11 +335,12 @@ real = 1.25
 pi_2 = 0.5
 [data]
 area = "conditional(x < 0.5, 1, 2 + y)"
+two = "1 + 1"
 E = { expr = "exp(x)*y", space = "P1" }
 [form]
 F = """
 inner(grad(mean), grad(test.mean))*dx + lambda*mean*test.mean*dx + region*test.mean*dx
-+ area*inner(grad(region), grad(test.region))*dx - mean*test.region*dx - E*test.region*dx + pi_2*E*region*test.region*dx
++ area*inner(grad(region), grad(test.region))*dx - mean*test.region*dx - E*test.region*dx + pi_2*E*region*test.region*dx + two*grad(two)[0]*test.region*dx
 + real*N*test.N*dx - abs(x - 0.3)*test.N*dx + conditional(x*y >= 0.25, mean, 0.5)*test.N*dx
 """
 [dirichlet]

@@ -127,7 +127,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         "mesh.set_region({whole}, mesh.outer_faces())\nmesh.set_region({between}, mesh.inner_faces())\n"
     );
     s += &format!(
-        "\n# The points of the rules are named, so that every code has the same: 7 or 3 on triangles, Gauss' on edges.\n\
+        "\n# Quadrature rules with the same points as in the other codes.\n\
          exact, facet = gf.MeshIm(mesh, gf.Integ(\"{rule}\")), gf.MeshIm(mesh, gf.Integ(\"{facet_rule}\"))\nmodel = gf.Model(\"real\")\n"
     );
     for name in &words.parameters {
@@ -214,7 +214,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             terms.join("\n    \" + \"\n")
         );
     }
-    s += "\n# The values that are held; of two that hold one dof, the later counts.\nheld = np.zeros(model.nbdof(), bool)\ntotal = np.zeros(len(held))\n";
+    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld = np.zeros(model.nbdof(), bool)\ntotal = np.zeros(len(held))\n";
     if !problem.conditions.is_empty() {
         s += HOLD;
     }
@@ -286,7 +286,7 @@ def hold(name, region, g):
 "#;
 
 const NEWTON: &str = r#"
-# Newton's method from 0 with those values; a linear form takes one step, and a second one to see it.
+# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.
 free = np.flatnonzero(~held)
 for step in range(30):
     model.to_variables(total)

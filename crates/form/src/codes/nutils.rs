@@ -89,7 +89,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         .replace("FACETS", &tags(dim - 1));
     let axes = &["x", "y", "z"][..dim];
     s += &format!(
-        "{}, = geom\nn = function.normal(geom)\n\n# The points of the rules are named, so that every code has the same.\nrule = {}, {}\nfacet_rule = {}, {}\n",
+        "{}, = geom\nn = function.normal(geom)\n\n# The quadrature points are given explicitly, so that all codes use the same.\nrule = {}, {}\nfacet_rule = {}, {}\n",
         axes.join(", "),
         rule.0,
         rule.1,
@@ -144,7 +144,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         each.collect::<Vec<_>>().join(", ")
     };
     s += &format!(
-        "]\nfirst = np.cumsum([0, *map(len, bases)]).tolist()\n\n\ndef fields(name):\n    \"\"\"A function in each space; their coefficients follow each other in one argument.\"\"\"\n    \
+        "]\nfirst = np.cumsum([0, *map(len, bases)]).tolist()\n\n\ndef fields(name):\n    \"\"\"One function for each basis; all coefficients are in one argument.\"\"\"\n    \
          all = function.Argument(name, (first[-1],))\n    return [basis @ all[i:j] for basis, i, j in zip(bases, first, first[1:])]\n\n\n\
          {}, = fields(\"total\")\n{}, = fields(\"tests\")\n",
         names(Field::Unknown),
@@ -181,7 +181,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             each.collect::<Vec<_>>().join("\n    + ")
         );
     }
-    s += "\n# The values that are held; of two that hold one dof, the later counts.\nheld, total = np.zeros(first[-1], bool), np.zeros(first[-1])\n";
+    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld, total = np.zeros(first[-1], bool), np.zeros(first[-1])\n";
     for condition in &problem.conditions {
         let group = &problem.groups[condition.group];
         let within = if group.on == Some(Domain::Interior) {
@@ -252,7 +252,7 @@ topo, geom = mesh.simplex(
 
 
 def at(part, places, weights):
-    """The points of a rule in each cell or facet of a part of the mesh."""
+    """The quadrature points in each cell or facet of a part of the mesh."""
     rule = quadrature.CoordsWeightsPoints(types.arraydata(np.array(places)), types.arraydata(np.array(weights)))
     everywhere = pointsseq.PointsSequence.uniform(rule, len(part))
     return sample.Sample.new(part.space, (part.transforms, part.opposites), everywhere)
@@ -263,7 +263,7 @@ def at(part, places, weights):
 const NODAL: &str = r#"
 
 def nodal(part, basis, degree, g):
-    """The dofs with nodes on a part of the mesh, and the values of g there."""
+    """The dofs of the nodes on a part of the mesh, and the values of g there."""
     nodes = part.sample("bezier", degree + 1)
     dofs, first = np.unique(nodes.eval(basis).argmax(axis=1), return_index=True)
     return dofs, g(*nodes.eval(geom)[first].T)
@@ -272,7 +272,7 @@ def nodal(part, basis, degree, g):
 "#;
 
 const NEWTON: &str = r#"
-# Newton's method from 0 with those values; a linear form takes one step, and a second one to see it.
+# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.
 system, free = solver.System(F, trial="total", test="tests"), ~held
 for step in range(30):
     r = system.assemble_residual({"total": total})[free]

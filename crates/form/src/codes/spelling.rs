@@ -342,7 +342,7 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
     {
         lines.push(format!("    {line}"));
     }
-    lines.push("vanishes, where".to_owned());
+    lines.push("is zero, with".to_owned());
     for datum in &problem.data {
         let how = datum
             .space
@@ -370,9 +370,9 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
             problem.groups[condition.group].name
         ));
     }
-    if lines.last().is_some_and(|line| line.ends_with("where")) {
+    if lines.last().is_some_and(|line| line.ends_with("with")) {
         lines.pop();
-        lines.push("vanishes.".to_owned());
+        lines.push("is zero.".to_owned());
     }
     let strong = strong_form(&mut problem.clone());
     if !strong.is_empty() {
