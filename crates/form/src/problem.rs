@@ -1,4 +1,4 @@
-//! A weak form with all that belongs to it: what a form file says, checked.
+//! A problem in weak form: the checked content of a form file.
 
 use std::collections::BTreeMap;
 
@@ -7,12 +7,12 @@ use faceoff_fem::scene::expression::syntax::Term;
 
 use crate::scalar::{Field, Id, Leaf, Node, Scalars};
 
-/// Find the unknowns such that F(unknowns; tests) = 0 for all test functions, with the values that conditions hold.
+/// A problem in weak form: find the unknowns u such that F(u; v) = 0 for all test functions v, with Dirichlet values.
 #[derive(Debug, Clone)]
 pub struct Problem {
-    /// Names its scripts and results.
+    /// The stem of the names of its files: letters, digits, `-`, `_` and `.`.
     pub name: String,
-    /// What it is, in the file's words; may be empty.
+    /// A description, which may be empty.
     pub about: String,
     /// 2 or 3.
     pub dim: usize,
@@ -22,43 +22,43 @@ pub struct Problem {
     pub parameters: Vec<Parameter>,
     /// In the order of the file.
     pub data: Vec<Datum>,
-    /// Those of the mesh.
+    /// The groups of the mesh.
     pub groups: Vec<Group>,
-    /// F as a sum of integrals, in its order.
+    /// The terms of F, in their order.
     pub integrals: Vec<Integral>,
-    /// Where values are held; of two that hold one dof, the later counts.
+    /// Dirichlet values, by component; where two groups share a dof, the later one counts.
     pub conditions: Vec<Condition>,
-    /// Polynomials of this degree are integrated exactly on cells.
+    /// The degree of polynomials that the quadrature rule on cells integrates exactly.
     pub degree: usize,
-    /// The same on facets.
+    /// The degree of the rule on facets.
     pub facet_degree: usize,
-    /// F as it was written, and as it was parsed.
+    /// The text of F, and its syntax tree.
     pub form: (String, Term),
-    /// What the ids of this problem stand for.
+    /// The expressions that all [`Id`]s of this problem refer to.
     pub scalars: Scalars,
 }
 
 /// An unknown function and the test function that goes with it.
 #[derive(Debug, Clone)]
 pub struct Unknown {
-    /// As the form calls it.
+    /// Its name in the form.
     pub name: String,
-    /// As the form calls its test function: `v`, or `test.NAME`.
+    /// The name of its test function: `v`, or `test.NAME`.
     pub test: String,
-    /// Where it is looked for.
+    /// Its finite element space.
     pub space: Space,
 }
 
-/// A finite element space on simplices.
+/// A finite element space on triangles or tetrahedra, of scalars or vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Space {
     /// The element of each component.
     pub element: Element,
-    /// The number of components of a vector; none: a scalar.
+    /// The number of components of a vector; `None` for a scalar.
     pub size: Option<usize>,
 }
 
-/// A scalar finite element.
+/// A finite element for scalar functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Element {
     /// Continuous polynomials of this degree, 1 to 3 (Lagrange).
@@ -83,7 +83,7 @@ impl Element {
         matches!(self, Element::Continuous(_))
     }
 
-    /// As form files call it.
+    /// Its name in form files, as in `P2`.
     pub fn name(self) -> String {
         match self {
             Element::Continuous(degree) => format!("P{degree}"),
@@ -100,7 +100,7 @@ impl Space {
         self.size.unwrap_or(1)
     }
 
-    /// As form files call it.
+    /// Its name in form files, as in `P2`.
     pub fn name(self) -> String {
         match self.size {
             None => self.element.name(),
@@ -114,27 +114,27 @@ impl Space {
     }
 }
 
-/// A named number.
+/// A named number in the form, whose value the file gives.
 #[derive(Debug, Clone)]
 pub struct Parameter {
-    /// As the form calls it.
+    /// Its name in the form.
     pub name: String,
     /// Finite.
     pub value: f64,
 }
 
-/// A given function.
+/// A given function of the point.
 #[derive(Debug, Clone)]
 pub struct Datum {
-    /// As the form calls it.
+    /// Its name in the form.
     pub name: String,
     /// The dimensions of a value: none of a scalar.
     pub shape: Vec<usize>,
     /// Expressions in coordinates and parameters, row by row.
     pub components: Vec<Id>,
-    /// As they were written.
+    /// The texts of the components.
     pub texts: Vec<String>,
-    /// The space into which it is interpolated before it is used; none: it is evaluated at the points of the rule.
+    /// The space in which it is interpolated; `None` if it is evaluated at the quadrature points.
     pub space: Option<Space>,
 }
 
@@ -147,11 +147,11 @@ pub struct Group {
     pub tag: i64,
     /// The dimension of its cells.
     pub dim: usize,
-    /// What it is part of: cells, the boundary or facets between cells; none where it is of some other kind.
+    /// Where it is: cells, the boundary, or facets between cells; `None` for anything else.
     pub on: Option<Domain>,
 }
 
-/// Over what is integrated.
+/// What an integral is taken over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Domain {
     /// `dx`: cells.
@@ -162,19 +162,19 @@ pub enum Domain {
     Interior,
 }
 
-/// A domain, or some groups of it.
+/// A measure: all of a domain, or some groups of it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Measure {
-    /// Over what is integrated.
+    /// What an integral is taken over.
     pub domain: Domain,
-    /// Positions in the problem's groups, ascending; empty: all of the domain.
+    /// Positions in the problem's groups, ascending; empty for the whole domain.
     pub groups: Vec<usize>,
 }
 
-/// An integral that is linear in the test functions.
+/// One term of F: an integral, linear in the test functions.
 #[derive(Debug, Clone)]
 pub struct Integral {
-    /// Over what is integrated.
+    /// What an integral is taken over.
     pub measure: Measure,
     /// The coefficient of each component of a test function or of its gradient.
     pub terms: BTreeMap<Leaf, Id>,
@@ -182,7 +182,7 @@ pub struct Integral {
     pub at: usize,
 }
 
-/// u = g on a group of facets, at the dofs of the space.
+/// A Dirichlet condition: the dofs of one component on a group of facets have the values of g.
 #[derive(Debug, Clone)]
 pub struct Condition {
     /// The position of the unknown.

@@ -132,10 +132,6 @@ fn difference(a: &Values, b: &Values) -> f64 {
 }
 
 /// Runs all codes that have what a form needs, and returns those that lack something, with what.
-fn agree(name: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
-    agree_on(&form(name), mesh)
-}
-
 fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
     let problem =
         Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
@@ -165,30 +161,30 @@ fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
     lacking
 }
 
-/// A form that all codes have all spaces for.
-macro_rules! all_codes_agree {
-    ($($test:ident: $name:literal),* $(,)?) => {
+/// Forms of the folder, each with the codes that lack its spaces.
+macro_rules! forms_agree {
+    ($($test:ident: $name:literal lacking $codes:expr;)*) => {
         $(#[test]
         fn $test() {
-            let lacking = agree($name, &square());
-            assert!(lacking.is_empty(), "{lacking:?}");
+            let codes: &[&str] = &$codes;
+            assert_eq!(lacking(&form($name), &square()), codes);
         })*
     };
 }
 
-all_codes_agree! {
-    poisson: "poisson",
-    transport: "transport",
-    supg: "supg",
-    elasticity: "elasticity",
-    stokes: "stokes",
-    stokes_by_crouzeix_raviart: "stokes-cr",
-    interior_penalty: "interior-penalty",
-    nitsche: "nitsche",
-    minimal_surface: "minimal-surface",
-    p_laplace: "p-laplace",
-    neo_hooke: "neo-hooke",
-    signorini: "signorini",
+forms_agree! {
+    poisson: "poisson" lacking [];
+    transport: "transport" lacking [];
+    supg: "supg" lacking [];
+    elasticity: "elasticity" lacking [];
+    stokes: "stokes" lacking [];
+    stokes_by_crouzeix_raviart: "stokes-cr" lacking ["nutils"];
+    interior_penalty: "interior-penalty" lacking [];
+    nitsche: "nitsche" lacking [];
+    minimal_surface: "minimal-surface" lacking [];
+    p_laplace: "p-laplace" lacking [];
+    neo_hooke: "neo-hooke" lacking [];
+    signorini: "signorini" lacking ["nutils"];
 }
 
 /// The codes that lack what a form needs.
@@ -339,11 +335,12 @@ real = 1.25
 pi_2 = 0.5
 [data]
 area = "conditional(x < 0.5, 1, 2 + y)"
+two = "1 + 1"
 E = { expr = "exp(x)*y", space = "P1" }
 [form]
 F = """
 inner(grad(mean), grad(test.mean))*dx + lambda*mean*test.mean*dx + region*test.mean*dx
-+ area*inner(grad(region), grad(test.region))*dx - mean*test.region*dx - E*test.region*dx + pi_2*E*region*test.region*dx
++ area*inner(grad(region), grad(test.region))*dx - mean*test.region*dx - E*test.region*dx + pi_2*E*region*test.region*dx + two*grad(two)[0]*test.region*dx
 + real*N*test.N*dx - abs(x - 0.3)*test.N*dx + conditional(x*y >= 0.25, mean, 0.5)*test.N*dx
 """
 [dirichlet]
@@ -398,7 +395,7 @@ F = "(1 + z)*inner(grad(u), grad(v))*dx - exp(x)*z*v*dx - x*y*v*ds(top) + h*u*v*
 [dirichlet]
 left = "y + z"
 "#;
-    assert_eq!(lacking(text, &cube()), NONE);
+    assert_eq!(lacking(text, &cube()), ["getfem"]);
     let text = r#"
 name = "solid"
 [spaces]
@@ -424,7 +421,10 @@ F = "inner(grad(u), grad(v))*dx - x*v*dx + jump(u)*jump(v)*dS"
 [dirichlet]
 left = 0
 "#;
-    assert_eq!(lacking(text, &cube()), ["freefem", "ngsolve"]);
+    assert_eq!(
+        lacking(text, &cube()),
+        ["freefem", "ngsolve", "getfem", "nutils"]
+    );
 }
 
 /// Jumps inside of functions: the derivatives of codes on facets between cells are put to the test.
@@ -444,4 +444,194 @@ u*v*dx - exp(x)*v*dx + dot(w, test.w)*dx - dot([x, y*y], test.w)*dx + 0.1*u*inne
 """
 "#;
     assert_eq!(lacking(text, &square()), NONE);
+}
+
+/// With data that no rule integrates exactly, only the same points give the same values.
+#[test]
+fn every_rule() {
+    let text = |degree: usize, facet_degree: usize| {
+        format!(
+            "name = \"rules\"\n[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))*dx + u*v*dx - exp(3*x)*sin(9*y)*v*dx - cos(9*x + 7*y)*v*ds\"\n\
+             degree = {degree}\nfacet_degree = {facet_degree}\n"
+        )
+    };
+    for [degree, facet_degree] in [[2, 3], [5, 5], [1, 9]] {
+        assert_eq!(lacking(&text(degree, facet_degree), &square()), NONE);
+    }
+    assert_eq!(lacking(&text(2, 2), &cube()), NONE);
+    assert_eq!(lacking(&text(2, 5), &cube()), NONE);
+    assert_eq!(lacking(&text(5, 5), &cube()), ["getfem"]);
+}
+
+/// The same values on every day and machine; `FACEOFF_SEED` asks for others.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % most
+    }
+
+    fn is(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+
+    fn of<'a>(&mut self, all: &[&'a str]) -> &'a str {
+        all[self.below(all.len())]
+    }
+}
+
+/// A function of the point.
+fn datum(random: &mut Random, depth: usize) -> String {
+    if depth == 0 {
+        return random.of(&["x", "y", "0.5", "x*y", "2", "pi"]).to_owned();
+    }
+    let [a, b] = [0; 2].map(|_| datum(random, depth - 1));
+    match random.below(14) {
+        0 => format!("sin(3*({a}))"),
+        1 => format!("exp(-({a})^2)"),
+        2 => format!("({a})/(1 + ({b})^2)"),
+        3 => format!("abs({a} - {b})"),
+        4 => format!("max({a}, {b})"),
+        5 => format!("conditional({a} < {b}, {a}, 1 - ({b}))"),
+        6 => format!("sqrt(1 + ({a})^2)"),
+        7 => format!("atan2({a}, 1 + ({b})^2)"),
+        8 => format!("-({a})^3"),
+        9 => format!("min({a}, tanh({b}))"),
+        10 | 11 => format!("({a})*({b})"),
+        _ => format!("{a} + {b}"),
+    }
+}
+
+const SCALAR: &[&str] = &[
+    "0.3*dot(b, grad(u))*v*dx",
+    "0.2*u^3*v*dx",
+    "0.2*sin(u)*v*dx",
+    "g*v*ds(right)",
+    "0.5*u*v*ds(left, top)",
+    "0.05*dot(grad(u), n)*v*ds(bottom)",
+    "0.1*u*inner(grad(u), grad(v))*dx",
+    "0.1*h*dot(b, grad(u))*dot(b, grad(v))*dx",
+    "0.1*max(u, f)*v*dx",
+    "0.1*sqrt(1 + inner(grad(u), grad(u)))*v*dx",
+    "0.1*avg(f*u)*avg(v)*dS",
+    "0.1*exp(-u^2)*dot(b, grad(v))*dx",
+    "0.1*g*u*v*ds",
+    "0.1*conditional(x < 0.4, u, f)*v*dx",
+    "0.1*u/(1 + u^2)*v*dx",
+    "0.1*inner(cofac(outer(b, b) + Identity(2)), outer(grad(u), grad(v)))*dx",
+    "0.1*inner(avg(grad(u)), avg(grad(v)))*avg(h)^2*dS",
+    "0.1*atan2(u, 2 + f)*v*dx",
+    "0.1*jump(grad(u), n)*jump(grad(v), n)*avg(h)*dS",
+    "0.1*tr(outer(b, grad(u)))*v*dx",
+    "0.1*dot(K, grad(u))[0]*grad(v)[1]*dx",
+    "0.1*f*u*v*dx",
+    "0.1*dot(dot(grad(u), K), grad(v))*dx",
+];
+
+const VECTOR: &[&str] = &[
+    "div(u)*div(v)*dx",
+    "0.2*dot(dot(grad(u), u), v)*dx",
+    "0.1*inner(cofac(Identity(2) + grad(u)), grad(v))*dx",
+    "0.1*det(Identity(2) + grad(u))*div(v)*dx",
+    "0.1*inner(dev(grad(u)), grad(v))*dx",
+    "0.1*curl(u)*curl(v)*dx",
+    "0.1*inner(skew(grad(u)), grad(v))*dx",
+    "dot(n, v)*ds",
+    "0.2*inner(outer(b, u), grad(v))*dx",
+    "0.1*tr(grad(u))*u[0]*v[1]*dx",
+    "0.1*inner(inv(Identity(2) + 0.1*grad(u)).T, grad(v))*dx",
+    "g*dot(b, v)*ds(top)",
+    "0.1*dot(avg(u), avg(v))*dS",
+    "0.1*dot(dot(K, u), v)*dx",
+    "0.1*inner(grad(u).T, grad(v))*dx",
+    "0.1*sqrt(1 + dot(u, u))*dot(b, v)*dx",
+    "0.1*dot(u, n)*dot(v, n)*ds(left)",
+    "0.1*max(dot(u, n), g)*dot(v, n)*ds(right)",
+    "0.1*jump(u, n)*jump(v, n)*dS",
+    "0.1*dot(grad(f), u)*v[0]*dx",
+];
+
+/// A form that has one solution near 0, with some terms at random.
+fn random_form(random: &mut Random) -> String {
+    let element = random.of(&["P1", "P1", "P2", "P2", "CR", "DG1", "P3", "DG2"]);
+    let is_vector = random.is(40);
+    let is_broken = element.starts_with("DG");
+    let space = format!("{element}{}", if is_vector { "^2" } else { "" });
+    let (mut terms, all, load) = match is_vector {
+        true => (
+            vec!["inner((1 + a^2)*sym(grad(u)), sym(grad(v)))*dx + dot(u, v)*dx".to_owned()],
+            VECTOR,
+            "dot(b, v)*f*dx",
+        ),
+        false => (
+            vec!["(1 + a^2)*inner(grad(u), grad(v))*dx + u*v*dx".to_owned()],
+            SCALAR,
+            "f*v*dx",
+        ),
+    };
+    if is_broken {
+        terms.push(match is_vector {
+            true => "9/avg(h)*dot(jump(u), jump(v))*dS".to_owned(),
+            false => "9/avg(h)*jump(u)*jump(v)*dS - inner(avg(grad(u)), jump(v, n))*dS - inner(jump(u, n), avg(grad(v)))*dS".to_owned(),
+        });
+    }
+    for _ in 0..random.below(5) {
+        terms.push(random.of(all).to_owned());
+    }
+    let mut s = format!("name = \"random\"\n[spaces]\nu = \"{space}\"\n[data]\n");
+    for name in ["a", "g"] {
+        s += &format!("{name} = \"{}\"\n", datum(random, 2));
+    }
+    let f = datum(random, 3);
+    s += &match random.is(30) {
+        true => format!(
+            "f = {{ expr = \"{f}\", space = \"{}\" }}\n",
+            random.of(&["P1", "P2"])
+        ),
+        false => format!("f = \"{f}\"\n"),
+    };
+    let [p, q] = [0; 2].map(|_| datum(random, 1));
+    s += &format!("b = [\"{p}\", \"{q}\"]\nK = [[\"1\", \"{p}\"], [\"{q}\", \"2\"]]\n");
+    let sum = terms.join("\n + ");
+    s += &format!("[form]\nF = \"\"\"\n{sum}\n - {load}\n\"\"\"\n");
+    s += &format!(
+        "degree = {}\nfacet_degree = {}\n",
+        2 + random.below(4),
+        3 + 2 * random.below(3)
+    );
+    if !is_broken && random.is(60) {
+        s += "[dirichlet]\n";
+        for group in ["left", "top", "bottom"] {
+            if random.is(50) {
+                let [p, q] = [0; 2].map(|_| datum(random, 1));
+                s += &match (is_vector, random.is(50)) {
+                    (false, _) => format!("{group} = \"{p}\"\n"),
+                    (true, true) => format!("{group} = [\"{p}\", \"free\"]\n"),
+                    (true, false) => format!("{group} = [\"0.1*({p})\", \"0.1*({q})\"]\n"),
+                };
+            }
+        }
+    }
+    s
+}
+
+/// Random forms; `FACEOFF_SCENES` asks for more of them.
+#[test]
+fn random_forms() {
+    let number = |name: &str, usual: u64| {
+        std::env::var(name).map_or(usual, |text| text.parse().expect("an integer"))
+    };
+    let mut random = Random(number("FACEOFF_SEED", 2017));
+    let faults: Vec<String> = (0..6 * number("FACEOFF_SCENES", 1))
+        .filter_map(|_| {
+            let text = random_form(&mut random);
+            let ran = std::panic::catch_unwind(|| agree_on(&text, &square()));
+            ran.err().map(|_| text)
+        })
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
 }

@@ -7,7 +7,7 @@ use super::python;
 use super::spelling::Words;
 use super::ufl::ufl;
 use crate::problem::{Domain, Element, Problem, Unknown};
-use crate::scalar::{Field, Id};
+use crate::scalar::{Field, Id, Node};
 
 /// dolfinx in the system's Python, where packages of Linux distributions put it.
 pub const CODE: Code = Code {
@@ -56,7 +56,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
          def space(mesh, element):\n    return fem.FunctionSpace(mesh, element) if old else fem.functionspace(mesh, element)\n\n\n\
          lines = ufl.Mesh(element(\"Lagrange\", 1, {dim})) if old else element(\"Lagrange\", 1, {dim})\n\
          mesh = dolfinx.mesh.create_mesh(MPI.COMM_WORLD, cells, points, lines) if old else dolfinx.mesh.create_mesh(\n    MPI.COMM_WORLD, cells=cells, x=points, e=lines\n)\n\n\n\
-         def marked(rank, vertices, numbers):\n    \"\"\"The numbers of groups on the mesh, which dolfinx has put into another order.\"\"\"\n    \
+         def marked(rank, vertices, numbers):\n    \"\"\"The group numbers of entities; dolfinx has renumbered the mesh.\"\"\"\n    \
          mesh.topology.create_connectivity(rank, 0)\n    mesh.topology.create_connectivity(rank, {dim})\n    \
          found, numbers = io.distribute_entity_data(getattr(mesh, \"_mesh\", mesh), rank, vertices, numbers)\n    \
          adjacency = getattr(graph, \"adjacencylist\", None) or graph.create_adjacencylist\n    \
@@ -65,7 +65,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         dim - 1
     );
     s += &format!(
-        "\n\n# The points of the rules are named, so that every code has the same.\n\
+        "\n\n# The quadrature points are given explicitly, so that all codes use the same.\n\
          md = {{\n    \"quadrature_rule\": \"custom\",\n    \"quadrature_points\": np.array({}),\n    \"quadrature_weights\": np.array({}),\n}}\n",
         rule.0
             .replace("\n]", "\n    ]")
@@ -124,7 +124,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     for (k, datum) in problem.data.iter().enumerate() {
         let name = words.whole(Field::Datum(k));
         let parts: Vec<String> = match datum.space {
-            None => datum.texts.iter().map(|text| in_ufl(text)).collect(),
+            None => {
+                let each = datum.texts.iter().zip(&datum.components);
+                each.map(|(text, id)| match constant(problem, *id) {
+                    // UFL differentiates numbers only if they know the mesh.
+                    Some(value) => format!("fem.Constant(mesh, PETSc.ScalarType({value:?}))"),
+                    None => in_ufl(text),
+                })
+                .collect()
+            }
             Some(space) => {
                 let parts = words.parts(Field::Datum(k));
                 for (part, id) in parts.iter().zip(&datum.components) {
@@ -194,7 +202,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         form.replace('\n', "\n    ")
     );
     s += &format!(
-        "\n# The values that are held; of two that hold one dof, the later counts.\nfixed, bcs = [], []\n\n\n\
+        "\n# Dirichlet values; where two groups share a dof, the later one counts.\nfixed, bcs = [], []\n\n\n\
          def hold(part, group, g):\n    found = facet_tags.find(group)\n    if part is V:\n        dofs = fem.locate_dofs_topological(V, {0}, found)\n        \
          values = fem.Function(V)\n        own = dofs\n    else:\n        values = fem.Function(part.collapse()[0])\n        \
          dofs, own = fem.locate_dofs_topological((part, values.function_space), {0}, found)\n    values.interpolate(g)\n    \
@@ -217,7 +225,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         );
     }
     s += &format!(
-        "fixed = np.concatenate([*fixed, []]).astype(int)\n\n# Newton's method from 0 with those values; a linear form takes one step, and a second one to see it.\nF, J = fem.form(F), fem.form(J)\n\
+        "fixed = np.concatenate([*fixed, []]).astype(int)\n\n# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\nF, J = fem.form(F), fem.form(J)\n\
          for step in range(30):\n    A = petsc.assemble_matrix(J, bcs=bcs)\n    A.assemble()\n    r = petsc.assemble_vector(F)\n    r.array[fixed] = 0\n    \
          solver = PETSc.KSP().create(mesh.comm)\n    solver.setOperators(A)\n    solver.setType(\"preonly\")\n    solver.getPC().setType(\"lu\")\n    solver.getPC().setFactorSolverType(\"mumps\")\n    solver.setErrorIfNotConverged(True)\n    \
          d = A.createVecRight()\n    solver.solve(r, d)\n    {all}.x.array[:] -= d.array\n    \
@@ -241,6 +249,19 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         .map(|(name, u)| (u.name.clone(), format!("values({name})")))
         .collect();
     Ok(s + python::bottom(problem.output(), kind, &values).trim_start_matches('\n'))
+}
+
+/// The value of an expression of numbers only.
+fn constant(problem: &Problem, id: Id) -> Option<f64> {
+    let nodes = problem.scalars.nodes_of([id]);
+    let is_given = |id: &Id| {
+        matches!(
+            problem.scalars.node(*id),
+            Node::Coordinate(_) | Node::Parameter(_)
+        )
+    };
+    let value = problem.scalars.value(id, &|_| f64::NAN);
+    (!nodes.iter().any(is_given) && value.is_finite()).then_some(value)
 }
 
 const COFACTORS: &str = r#"

@@ -290,7 +290,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         sums.join("\n  + ")
     );
     let u = &unknowns[0];
-    s += "\n// The values that are held; of two that hold one dof, the later counts.\nreal[int] fixed(Vh.ndof), held(Vh.ndof);\nfixed = 0;\n";
+    s += "\n// Dirichlet values; where two groups share a dof, the later one counts.\nreal[int] fixed(Vh.ndof), held(Vh.ndof);\nfixed = 0;\n";
     for (k, (one, value)) in ones.iter().zip(&values).enumerate() {
         let arguments = format!("({}, {})", list(&increments), list(&tests));
         s += &format!(
@@ -299,7 +299,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         );
     }
     s += &format!(
-        "\n// Newton's method from 0 with those values; a linear form takes one step, and a second one to see it.\n\
+        "\n// Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\n\
          bool done = false;\nfor (int it = 0; it < 30 && !done; ++it) {{\n  real[int] r = F(0, Vh);\n  for (int i = 0; i < Vh.ndof; ++i) if (fixed[i] > 0) r[i] = 0;\n  \
          matrix A = J(Vh, Vh, tgv=-1);\n  set(A, solver=UMFPACK);\n  real[int] d = A^-1*r;\n  {u}[] -= d;\n  done = d.l2 <= 1e-10*{u}[].l2; // of NaN, linfty is 0 and l2 is NaN\n}}\n\
          if (!done) {{ cout << \"Newton's method did not converge.\" << endl; exit(1); }}\n"
@@ -367,7 +367,7 @@ fn result(problem: &Problem, words: &Words, output: Element) -> Result<String, S
         list(&|end| end.0),
         list(&|end| end.1)
     );
-    // FreeFEM's numbers of the nodes of quadratic elements: edges lie opposite vertices, or are in the order of their ends.
+    // How FreeFEM numbers these nodes in a cell.
     let own = match (degree, dim) {
         (1, _) => "from",
         (_, 2) => {

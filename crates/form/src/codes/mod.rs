@@ -1,9 +1,13 @@
-//! Codes: how each writes a problem as a script that runs alone. All share the rules' points and the start of Newton's method, and write the
-//! values of all unknowns at the nodes of the cells as a VTU file.
+//! The finite element codes that a problem is written for, as a script that runs on its own.
+//!
+//! All scripts use the same quadrature points and the same start of Newton's method, and write the values of all unknowns at the nodes of
+//! the cells to a VTU file. [`CODES`] is the list; a new code is one file here, with one entry in it.
 
 mod dolfinx;
 mod freefem;
+mod getfem;
 mod ngsolve;
+mod nutils;
 mod python;
 mod scikit_fem;
 mod spelling;
@@ -20,7 +24,7 @@ use crate::problem::Problem;
 /// A finite element code, and how its scripts are run.
 #[derive(Debug)]
 pub struct Code {
-    /// As form files and commands call it.
+    /// Its name in form files and commands.
     pub name: &'static str,
     /// What follows the problem's name in that of the script: `.edp`, `_dolfinx.py`.
     pub suffix: &'static str,
@@ -32,11 +36,13 @@ pub struct Code {
 }
 
 /// All codes that forms are written for.
-pub const CODES: [Code; 4] = [
+pub const CODES: [Code; 6] = [
     freefem::CODE,
     dolfinx::CODE,
     scikit_fem::CODE,
     ngsolve::CODE,
+    getfem::CODE,
+    nutils::CODE,
 ];
 
 impl Code {

@@ -119,7 +119,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         ("TET", "TRIG")
     };
     s += &format!(
-        "\n# The points of the rules are named, so that every code has the same.\nrule = {{{cell}: ngsolve.IntegrationRule({points}, {weights})}}\n\
+        "\n# The quadrature points are given explicitly, so that all codes use the same.\nrule = {{{cell}: ngsolve.IntegrationRule({points}, {weights})}}\n\
          facet_rule = {{{facet}: ngsolve.IntegrationRule({facet_points}, {facet_weights})}}\nn = specialcf.normal({dim})\n"
     );
     if problem.has_diameter() {
@@ -228,7 +228,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     s += &integrals(problem, &spelling, &each, &name_of);
     s += "total = ngsolve.GridFunction(V)\n";
     if by_hand.contains(&true) {
-        s += "\n# NGSolve's derivative of integrals over facets between cells is right for bilinear ones only: J is that of b.\nJ = ngsolve.BilinearForm(V)\n";
+        s += "\n# NGSolve linearises integrals over interior facets correctly only if they are bilinear; J is the derivative of b.\nJ = ngsolve.BilinearForm(V)\n";
         let part = |leaf: Leaf, k: usize| match components.len() {
             1 => "total".to_owned(),
             _ => format!("total.components[{}]", problem.position(k, leaf.component)),
@@ -270,7 +270,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             });
         s += &integrals(problem, &spelling, &each.collect::<Vec<_>>(), &name_of);
     }
-    s += "\n# The values that are held; of two that hold one dof, the later counts.\n";
+    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\n";
     for (at, (k, c)) in components.iter().enumerate() {
         let mine = problem
             .conditions
@@ -294,7 +294,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         };
         s += &format!("hold({part}, BND, {degree}{values})\n");
     }
-    s += "\n# Newton's method from there, 0 elsewhere; a linear form takes one step, and a second one to see it.\nr, d = total.vec.CreateVector(), total.vec.CreateVector()\n\
+    s += "\n# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\nr, d = total.vec.CreateVector(), total.vec.CreateVector()\n\
           for step in range(30):\n    a.Apply(total.vec, r)\n    a.AssembleLinearization(total.vec)\n";
     if by_hand.contains(&true) {
         s += "    b.Apply(total.vec, d)\n    r.data += d\n    J.Assemble()\n    a.mat.AsVector().data += J.mat.AsVector()\n";
@@ -447,9 +447,9 @@ fn reference(dim: usize) -> String {
 }
 
 const HOLD: &str = r#"def hold(function, where, degree, *values):
-    """Nodal values on cells, or on facets of groups; of two values at one node, the later counts.
+    """Set nodal values on cells, or on facets of groups; of two values at one node, the later counts.
 
-    NGSolve's basis is hierarchical: each element solves for its dofs.
+    NGSolve's basis is hierarchical, so a small system is solved for the dofs of each element.
     """
     nodes = {BND: NODES, VOL: CELLS}[where][degree]
     known, solved = {}, {}

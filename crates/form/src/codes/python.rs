@@ -186,17 +186,17 @@ pub fn nodes(output: Element, dim: usize) -> Result<(Vec<Vec<f64>>, u8), String>
 pub fn bottom(output: Element, kind: u8, values: &[(String, String)]) -> String {
     let merge = match output.is_continuous() {
         true => {
-            "    # Functions are continuous: cells share the nodes at one place.\n    \
+            "    # Continuous functions: cells share nodes at the same place.\n    \
                  _, first, nodes = np.unique(np.round(at/np.ptp(at), 9), axis=0, return_index=True, return_inverse=True)\n"
         }
-        false => "    first = nodes = np.arange(len(at))  # each cell has nodes of its own\n",
+        false => "    first = nodes = np.arange(len(at))  # each cell has its own nodes\n",
     };
     let fields: Vec<String> = values
         .iter()
         .map(|(name, value)| format!("\"{name}\": {value}"))
         .collect();
     format!(
-        "\n\ndef write_vtu(path, at, fields):\n    \"\"\"Places of the nodes of each cell, in VTK's order, and values there.\"\"\"\n    \
+        "\n\ndef write_vtu(path, at, fields):\n    \"\"\"Coordinates of the nodes of each cell, in VTK's order, and the values there.\"\"\"\n    \
          shape, at = at.shape[:2], at.reshape(-1, 3)\n{merge}\n    \
          def array(name, values, kind=\"Float64\"):\n        size = 1 if values.ndim == 1 else values.shape[1]\n        \
          text = \" \".join(map(repr, values.ravel().tolist()))\n        \

@@ -123,7 +123,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let cell = if dim == 2 { "Tri" } else { "Tet" };
     s += &format!(
         "mesh = skfem.Mesh{cell}(points.T.copy(), cells.T.copy())\n\
-         element = {}\n\n# The points of the rules are named, so that every code has the same.\nrule = {}\nfacet_rule = {}\n\n\
+         element = {}\n\n# The quadrature points are given explicitly, so that all codes use the same.\nrule = {}\nfacet_rule = {}\n\n\
          number = {{tuple(vertices): i for i, vertices in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}}\n\
          boundary = np.array([number[tuple(sorted(vertices))] for vertices in facets.tolist()])\n\
          diameter = np.max([np.linalg.norm(mesh.p[:, mesh.t[i]] - mesh.p[:, mesh.t[j]], axis=0) for i in range({}) for j in range(i)], axis=0)\n",
@@ -308,7 +308,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         }
     }
     s += "\n\nbasis = skfem.Basis(mesh, element, quadrature=rule)\ntotal = basis.zeros()\n";
-    s += "\n# The values that are held; of two that hold one dof, the later counts.\nheld = np.zeros(basis.N, bool)\n";
+    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld = np.zeros(basis.N, bool)\n";
     if !problem.conditions.is_empty() {
         s += "\n\ndef hold(group, component, part, g):\n    found = basis.get_dofs(facets=boundary[labels == group])\n    \
               mine = np.isin(found.flatten(), part)\n    dofs = found.flatten()[mine]\n    held[dofs] = True\n    total[dofs] = g(*basis.doflocs[:, dofs])\n\n\n";
@@ -352,7 +352,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         );
     }
     s += "    return {**all, \"h\" + mark: of_cells[:, None] + 0*basis.dx}\n";
-    s += "\n\n# Newton's method from 0 with those values; a linear form takes one step, and a second one to see it.\nfor step in range(30):\n";
+    s += "\n\n# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\nfor step in range(30):\n";
     for (i, integral) in residual.iter().enumerate() {
         s += &match integral.measure.domain {
             Domain::Interior => format!(

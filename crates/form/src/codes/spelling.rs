@@ -116,13 +116,18 @@ pub enum Exponent {
 }
 
 impl Exponent {
+    /// The exponent by itself.
+    pub fn text(&self) -> String {
+        match self {
+            Exponent::Integer(n) if *n < 0 => format!("({n}.0)"),
+            Exponent::Integer(n) => n.to_string(),
+            Exponent::Other(text) => text.clone(),
+        }
+    }
+
     /// The base, the sign of powers and the exponent.
     pub fn after(&self, base: &str, sign: &str) -> String {
-        match self {
-            Exponent::Integer(n) if *n < 0 => format!("{base}{sign}({n}.0)"),
-            Exponent::Integer(n) => format!("{base}{sign}{n}"),
-            Exponent::Other(text) => format!("{base}{sign}{text}"),
-        }
+        format!("{base}{sign}{}", self.text())
     }
 }
 
@@ -337,7 +342,7 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
     {
         lines.push(format!("    {line}"));
     }
-    lines.push("vanishes, where".to_owned());
+    lines.push("is zero, with".to_owned());
     for datum in &problem.data {
         let how = datum
             .space
@@ -365,9 +370,9 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
             problem.groups[condition.group].name
         ));
     }
-    if lines.last().is_some_and(|line| line.ends_with("where")) {
+    if lines.last().is_some_and(|line| line.ends_with("with")) {
         lines.pop();
-        lines.push("vanishes.".to_owned());
+        lines.push("is zero.".to_owned());
     }
     let strong = strong_form(&mut problem.clone());
     if !strong.is_empty() {

@@ -378,6 +378,30 @@ fn wrong_files_are_refused_with_their_place() {
 }
 
 #[test]
+fn forms_that_are_the_same_from_both_sides_are_accepted() {
+    let form = "F = \"k*inner(grad(u), grad(v))*dx - force*v*dx\"\n[dirichlet]\nleft = 0";
+    for space in ["DG1", "CR", "P1"] {
+        for integral in [
+            "jump(u)*jump(v)",
+            "jump(u)*n('+')[0]*avg(v)",
+            "inner(jump(u, n), avg(grad(v)))",
+            "(u('+')*v('-') + u('-')*v('+'))",
+            "h('+')*h('-')*sqrt(1 + jump(u)^2)*avg(v)",
+            "abs(n('-')[0])*avg(u)*avg(v)",
+            "conditional(dot(b, n('+')) > 0, u('+'), u('-'))*dot(b, n('+'))*jump(v)",
+            "force*avg(v)",
+        ] {
+            let text = GOOD
+                .replace("\"P1\"", &format!("\"{space}\""))
+                .replace(form, &format!("F = \"u*v*dx + {integral}*dS\""));
+            if let Err(error) = Problem::parse(Path::new("form.toml"), &text, &mesh()) {
+                panic!("{integral}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
 fn places_in_texts_of_several_lines_and_letters_of_several_bytes() {
     let form = "F = \"k*inner(grad(u), grad(v))*dx - force*v*dx\"";
     let text = GOOD.replace(form, "F = \"\"\"\nu*v*dx\n  - ¦g*v*dx\"\"\"");

@@ -1,4 +1,4 @@
-//! The language of forms: terms to tensors of scalars, with their types checked, and to integrals.
+//! The language of forms: from syntax trees to tensors of scalar expressions, with checked shapes, and to integrals.
 
 mod functions;
 mod integral;
@@ -14,7 +14,7 @@ use faceoff_fem::scene::expression::syntax::Term;
 use crate::problem::{Datum, Group, Integral, Measure, Parameter, Unknown};
 use crate::scalar::{Id, Node, Scalars};
 
-/// The words that mean something: no parameter, datum or unknown may have such a name.
+/// Reserved words: not allowed as names of parameters, data and unknowns.
 pub const WORDS: [&str; 36] = [
     "x",
     "y",
@@ -60,7 +60,7 @@ const MOST_ENTRIES: usize = 81;
 /// Formulas of data and conditions have at most as many operations.
 pub const MOST_LENGTH: f64 = 5_000.0;
 
-/// What is wrong with a text, where in it, and what to do.
+/// An error in an expression: what is wrong, where, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
     /// In characters, from 0.
@@ -97,7 +97,7 @@ enum Meaning {
     Form(Vec<Integral>),
 }
 
-/// The names that a text may use.
+/// The names that an expression may use.
 pub struct Names<'a> {
     /// 2 or 3.
     pub dim: usize,
@@ -113,7 +113,7 @@ pub struct Names<'a> {
     pub unmarked: usize,
 }
 
-/// Reads terms with some names.
+/// Turns syntax trees into expressions, given the names that they may use.
 pub struct Reader<'a> {
     names: Names<'a>,
     scalars: &'a mut Scalars,

@@ -1,4 +1,4 @@
-//! Scalar expressions as one shared graph: equal expressions are one node, so that what occurs twice is found and printed once.
+//! Scalar expressions as one shared graph: equal expressions are the same node, so common subexpressions are found by construction.
 
 #[cfg(test)]
 mod tests;
@@ -11,7 +11,7 @@ use faceoff_fem::scene::expression::{Comparison, Function};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Id(u32);
 
-/// Where the limit of a quantity is taken.
+/// The side of a facet from which the limit of a function is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
     /// From the only cell there is: inside of cells and on the boundary.
@@ -38,17 +38,17 @@ pub enum Field {
 /// A component of a field or of its gradient, from one side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Leaf {
-    /// Of which field.
+    /// The field.
     pub field: Field,
     /// 0 for a scalar field.
     pub component: usize,
     /// The partial derivative along this axis; none: the value.
     pub axis: Option<usize>,
-    /// From where.
+    /// The side.
     pub side: Side,
 }
 
-/// An operation, or one of its ends.
+/// An operation, or a leaf of the graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Node {
     /// The bits of a number.
