@@ -9,9 +9,20 @@ use serde_json::Value;
 use crate::common::{Ran, assert_valid, faceoff, folder, source, told, write};
 
 /// Those that are installed for the tests (see tests/run).
-const CODES: [&str; 4] = ["freefem", "dolfinx", "scikit-fem", "ngsolve"];
+const CODES: [&str; 6] = [
+    "freefem",
+    "dolfinx",
+    "scikit-fem",
+    "ngsolve",
+    "getfem",
+    "nutils",
+];
 
-/// The program, where scikit-fem and NGSolve are in the first Python of the path.
+/// What most forms of the gallery use.
+const USE: &str =
+    "use = [\"freefem\", \"dolfinx\", \"scikit-fem\", \"ngsolve\", \"getfem\", \"nutils\"]";
+
+/// The program, where scikit-fem, NGSolve and nutils are in the first Python of the path.
 fn run(folder: &Path, words: &[&str]) -> Ran {
     told(
         with_codes(&mut faceoff(folder))
@@ -60,7 +71,7 @@ fn largest(field: &Value) -> f64 {
 fn codes_agree_on_a_form_and_a_changed_script_is_found() {
     let folder = folder();
     let at = folder.path();
-    let file = form(at, "poisson", "\"scikit-fem\", \"ngsolve\"", "");
+    let file = form(at, "poisson", USE, "use = [\"freefem\", \"dolfinx\"]");
     // A form starts no program of its own: it needs no --run.
     let words = ["--n", "4,8", "--report", "page", "--junit", "j.xml"];
     let (ran, told) = verify(at, &file, &words);
@@ -85,12 +96,7 @@ fn codes_agree_on_a_form_and_a_changed_script_is_found() {
         write(at, "changed.edp", &ran.stdout.replace(from, to));
         let own = "use = [\"dolfinx\"]\n[codes.changed]\ncommand = [\"FreeFem++-nw\", \"-v\", \"0\", \"changed.edp\", \"{mesh}\", \
                    \"{out}/poisson.vtu\"]\nmesh = \"medit\"\nresult = \"poisson.vtu\"";
-        let file = form(
-            at,
-            "poisson",
-            "use = [\"freefem\", \"dolfinx\", \"scikit-fem\", \"ngsolve\"]",
-            own,
-        );
+        let file = form(at, "poisson", USE, own);
         let refused = run(at, &["verify", &file]);
         assert_eq!(refused.code, Some(2));
         assert!(
@@ -160,11 +166,7 @@ fn what_is_wrong_with_a_form_is_told_with_its_place_and_nothing_is_written() {
         ),
         ("exact = \"g\"", "exact = \"q\"", "exact"),
         ("name = ", "name ", "line 1"),
-        (
-            "use = [\"freefem\", \"dolfinx\", \"scikit-fem\", \"ngsolve\"]",
-            "use = []",
-            "it has 0 codes",
-        ),
+        (USE, "use = []", "it has 0 codes"),
     ];
     for (from, to, part) in faults {
         let file = form(at, "poisson", from, to);
@@ -238,7 +240,7 @@ fn a_code_that_lacks_a_space_is_missing() {
         command.env("PATH", "/usr/bin:/bin");
         command
     };
-    let file = form(at, "poisson", "\"freefem\", ", "");
+    let file = form(at, "poisson", USE, "use = [\"dolfinx\", \"scikit-fem\"]");
     let ran = told_of(bare().args(["verify", &file, "--n", "4"]));
     assert_eq!(ran.code, Some(2), "{}", ran.stdout);
     assert!(
