@@ -142,6 +142,7 @@ pages! {
     environment: "docs/reference/environment.md"
     scenes: "docs/reference/scenes.md"
     face_off: "docs/reference/face-off.md"
+    form: "docs/reference/form.md"
     formats: "docs/reference/formats.md"
     speed: "docs/reference/speed.md"
     methods: "docs/theory/methods.md"
@@ -322,9 +323,10 @@ fn a_page_is_cut_into_what_is_typed_and_what_is_printed() {
 
 #[test]
 fn editors_know_what_files_hold() {
-    let schema = |text: &str| match text.contains("[codes") {
-        true => "docs/reference/face-off.schema.json",
-        false => "docs/reference/scene.schema.json",
+    let schema = |text: &str| match (text.contains("[form"), text.contains("[codes")) {
+        (true, _) => "docs/reference/form.schema.json",
+        (_, true) => "docs/reference/face-off.schema.json",
+        _ => "docs/reference/scene.schema.json",
     };
     let is_toml = |path: &PathBuf| path.extension().is_some_and(|e| e == "toml");
     let mut files = Vec::new();
@@ -344,6 +346,7 @@ fn editors_know_what_files_hold() {
     // What the schema refuses, the program does.
     let scene = "name = \"a\"\n[mesh]\ngenerator = \"union-jack\"\n[boundary]\ndirichlet = [\"top\"]\nneumann = [\"left\", \"right\"]\ncontact = [\"bottom\"]\n";
     let face_off = fs::read_to_string(source("examples/blank/blank.toml")).unwrap();
+    let form = fs::read_to_string(source("examples/forms/poisson.toml")).unwrap();
     let folder = folder();
     for (text, from, to) in [
         (
@@ -358,6 +361,10 @@ fn editors_know_what_files_hold() {
         (scene, "[boundary]", "[data]\nf = []\n[boundary]"),
         (&face_off, "[codes.freefem]", "[codes.freefem]\ncolour = 1"),
         (&face_off, "same = \"discretisation\"", "same = \"mesh\""),
+        (&form, "[spaces]", "[space]"),
+        (&form, "[form]", "[form]\ndegree = 6"),
+        (&form, "use = [", "used = ["),
+        (&form, "orders = { l2", "orders = { l1"),
         (
             &face_off,
             "command = [\"FreeFem++-nw\"",

@@ -14,6 +14,7 @@ mod face_off;
 mod face_off_times;
 mod false_alarms;
 mod faults;
+mod forms;
 mod given;
 mod hunt;
 mod judge;

@@ -29,10 +29,11 @@ const ROOMS: [(&str, &[&str]); 9] = [
 ];
 
 /// Our crates, and which of ours each may name. Above all: the judge never imports the judged.
-const CRATES: [(&str, &[&str]); 4] = [
+const CRATES: [(&str, &[&str]); 5] = [
     ("faceoff-mesh", &[]),
     ("faceoff-judge", &["faceoff-mesh"]),
     ("faceoff-fem", &["faceoff-mesh"]),
+    ("faceoff-form", &["faceoff-fem", "faceoff-mesh"]),
     (
         "faceoff-python",
         &["faceoff", "faceoff-judge", "faceoff-mesh"],

@@ -17,13 +17,15 @@ use super::words::{
     launcher, memory, method, methods, pair, time,
 };
 use crate::report;
+use crate::run::is_face_off;
 use faceoff_fem::adapt::Way;
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Iteration, Method};
 use faceoff_fem::linear::{Precision, Solver};
 use faceoff_fem::scene::Scene;
+use faceoff_form::codes::CODES;
 use faceoff_judge::MatchBy;
-use faceoff_mesh::error::{Result, distinct};
+use faceoff_mesh::error::{Error, Result, distinct};
 use faceoff_mesh::io::NATIVE;
 
 /// Settle whether finite element codes agree, face by face.
@@ -42,7 +44,7 @@ pub(super) struct Arguments {
 const ENVIRONMENT: &str = "\
 Environment:
   FACEOFF_LOG            What happens inside, on standard error: info or debug
-  FACEOFF_PYTHON         The Python that has dolfinx
+  FACEOFF_PYTHON         The Python that has dolfinx, or another code of a form
   FACEOFF_MESHIO_PYTHON  The Python that has meshio
   FACEOFF_SANDBOX        `require`: every command runs other codes as with --sandbox
   NO_COLOR               No colours on a terminal";
@@ -70,7 +72,9 @@ pub(super) struct Limits {
 pub(super) enum Command {
     /// Run scenes through all engines and judge every pair
     Verify(Verify),
-    /// Begin a face-off of your own: a folder with codes and a file that `verify` runs at once
+    /// Write a weak form as a script of one code, which runs without faceoff
+    Write(Write),
+    /// Begin a face-off of your own: a folder with codes, or a weak form, and a file that `verify` runs at once
     New(New),
     /// Say of a result of any code whether it solves the scheme, where it does not, and why
     Judge(Judge),
@@ -181,6 +185,11 @@ impl Trust {
 
     /// The scene of this name or file.
     pub fn scene(&self, name: &str) -> Result<Scene> {
+        if is_face_off(name.as_ref()) {
+            let what = format!("{name} is not a scene: it has a form, or codes of its own");
+            let remedy = format!("compare its codes: faceoff verify {name}");
+            return Err(Error::usage(what, remedy));
+        }
         match self.allow_outside {
             true => Scene::find_anywhere(name),
             false => Scene::find(name),
@@ -218,6 +227,7 @@ impl Command {
     pub fn output(&self) -> report::Output<'_> {
         match self {
             Command::Verify(a) => to("verify", &a.output, Some(&a.verdicts)),
+            Command::Write(_) => plain("write"),
             Command::New(_) => plain("new"),
             Command::Init(_) => plain("init"),
             Command::Completions(_) => plain("completions"),
@@ -295,8 +305,8 @@ fn formats() -> String {
 #[derive(Args)]
 #[command(after_help = SCENES)]
 pub(super) struct Verify {
-    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or one face-off file, whose codes are
-    /// programs of your own (`faceoff new`): with --run
+    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or the file of a weak form, from which each
+    /// code gets its script; or one face-off file, whose codes are programs of your own (`faceoff new`): with --run
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]; of a face-off, codes of it
@@ -309,7 +319,7 @@ pub(super) struct Verify {
     /// Refinements [default: each scene's own]
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Vec<u32>,
-    /// Judge without the engines that are missing
+    /// Judge without the engines that are missing, or of a form without the codes that are missing or cannot solve it
     #[arg(long)]
     pub allow_missing: bool,
     /// Where codes differ and no change of the scheme explains it, run both again with one thing matched at a time (tolerance,
@@ -342,14 +352,35 @@ pub(super) struct Verify {
     pub output: Output,
 }
 
-/// The folder has a face-off file, a script for FreeFEM and one for dolfinx as their users write them, a README and a pipeline.
+/// Without -o the script is printed. With it the mesh that the script reads is written next to it, and the command that runs it is printed.
 #[derive(Args)]
+pub(super) struct Write {
+    /// A TOML file with a weak form (docs/reference/form.md)
+    pub form: PathBuf,
+    /// The code
+    #[arg(long = "for", value_name = "CODE", value_parser = PossibleValuesParser::new(CODES.map(|code| code.name)))]
+    pub code: String,
+    /// Refinement of the mesh [default: the first of the file]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub n: Option<u32>,
+    /// A file, or a folder in which it gets its usual name
+    #[arg(long, short, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// The folder has a face-off file, a script for FreeFEM and one for dolfinx as their users write them, a README and a pipeline; or the
+/// file of a weak form and a pipeline.
+#[derive(Args)]
+#[command(after_help = super::new::gallery())]
 pub(super) struct New {
     /// The folder, whose last part is the name
     pub name: PathBuf,
     /// What it begins from
     #[arg(long, value_enum, default_value = "blank")]
     pub from: Template,
+    /// Begin from this weak form instead
+    #[arg(long, value_name = "FORM", conflicts_with = "from", value_parser = PossibleValuesParser::new(super::new::forms()))]
+    pub form: Option<String>,
     /// Put this mesh into it, and say which groups it has
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,

@@ -17,6 +17,7 @@ mod shell;
 mod solve;
 mod verify;
 mod words;
+mod write;
 
 use std::ffi::OsString;
 use std::sync::mpsc;
@@ -194,6 +195,7 @@ fn run(arguments: &Arguments) -> Result<u8> {
     let begun = output.begin().and_then(|()| sandbox(&arguments.limits));
     let done = begun.and_then(|()| match &arguments.command {
         Command::Verify(arguments) => verify::run(arguments, is_verbose, to),
+        Command::Write(arguments) => write::run(arguments),
         Command::New(arguments) => new::run(arguments),
         Command::Compare(arguments) => compare::run(arguments, to),
         Command::Certify(arguments) => certify::run(arguments, to),

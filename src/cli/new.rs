@@ -59,6 +59,36 @@ impl Template {
     }
 }
 
+macro_rules! gallery {
+    ($($name:literal)*) => {
+        &[$(($name, include_str!(concat!("../../examples/forms/", $name, ".toml")))),*]
+    };
+}
+
+/// The weak forms of `examples/forms`.
+const FORMS: &[(&str, &str)] = gallery!(
+    "brinkman" "convection" "elasticity" "interior-penalty" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress"
+    "poisson" "signorini" "stokes" "stokes-cr" "supg");
+
+/// Their names.
+pub(super) fn forms() -> Vec<&'static str> {
+    FORMS.iter().map(|(name, _)| *name).collect()
+}
+
+/// Their names, each with what its file says it is.
+pub(super) fn gallery() -> String {
+    let about = |text: &'static str| {
+        let line = text
+            .lines()
+            .find_map(|line| line.strip_prefix("about = \""));
+        line.map_or("", |line| line.trim_end_matches('"'))
+    };
+    let each = FORMS
+        .iter()
+        .map(|(name, text)| format!("\n  {name:16} {}", about(text)));
+    format!("Weak forms:{}", each.collect::<String>())
+}
+
 /// What runs it in a pipeline.
 const PIPELINE: &str = "\
 # Runs the face-off on each change, and keeps the page. Copy it to .github/workflows/ of your repository.
@@ -96,7 +126,9 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
         return Err(Error::usage(what, "give another name, or remove it"));
     }
     let mesh = arguments.mesh.as_deref().map(own).transpose()?;
-    if let Some((name, mesh)) = &mesh {
+    let form = arguments.form.as_deref();
+    let form = form.and_then(|name| FORMS.iter().find(|(known, _)| *known == name));
+    if let (Some((name, mesh)), None) = (&mesh, form) {
         of_triangles(name, mesh)?;
     }
     let parent = match folder.parent() {
@@ -108,16 +140,22 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
         .prefix(".faceoff-new-")
         .tempdir_in(&parent)
         .map_err(Error::io(&parent, "write into"))?;
-    let (template, parts) = arguments.from.parts();
+    let own = mesh.as_ref().map(|(name, mesh)| (&**name, mesh));
     let write = |name: &str, bytes: &[u8]| {
         let path = beside.path().join(name);
         fs::write(&path, bytes).map_err(Error::io(&path, "write"))
     };
     let file = format!("{name}.toml");
+    let (template, parts) = match form {
+        Some((template, text)) => {
+            write(&file, renamed(text, template, &name, own).as_bytes())?;
+            (*template, &[][..])
+        }
+        None => arguments.from.parts(),
+    };
     for (part, bytes) in parts {
         if *part == format!("{template}.toml") {
             let text = String::from_utf8_lossy(bytes);
-            let own = mesh.as_ref().map(|(name, mesh)| (&**name, mesh));
             write(&file, renamed(&text, template, &name, own).as_bytes())?;
         } else if *part == "README.md" {
             let text = String::from_utf8_lossy(bytes).replace(&format!("{template}.toml"), &file);
@@ -126,7 +164,12 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
             write(part, bytes)?;
         }
     }
-    write("ci.yml", PIPELINE.replace("NAME", &name).as_bytes())?;
+    // A form starts no programs of the file's own.
+    let pipeline = match form {
+        Some(_) => PIPELINE.replace("verify --run", "verify"),
+        None => PIPELINE.to_owned(),
+    };
+    write("ci.yml", pipeline.replace("NAME", &name).as_bytes())?;
     if let (Some((name, _)), Some(path)) = (&mesh, &arguments.mesh) {
         let to = beside.path().join(name);
         fs::copy(path, &to).map_err(Error::io(&to, "write"))?;
@@ -138,10 +181,18 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
     fs::rename(&made, folder).map_err(Error::io(folder, "make"))?;
     if let Some((name, mesh)) = &mesh {
         note!("faceoff: {name} has {}", groups(mesh).join(", "));
-        note!("faceoff: the scripts name groups by the numbers of the template: put yours there");
+        match form {
+            Some(_) => note!("faceoff: the form names groups of its own mesh: put yours there"),
+            None => {
+                note!(
+                    "faceoff: the scripts name groups by the numbers of the template: put yours there"
+                );
+            }
+        }
     }
     tell!(
-        "faceoff verify --run {} --report {}",
+        "faceoff verify {}{} --report {}",
+        if form.is_some() { "" } else { "--run " },
         folder.join(file).display(),
         folder.join("page").display()
     );
@@ -224,6 +275,20 @@ fn renamed(text: &str, template: &str, name: &str, own: Option<(&str, &Mesh)>) -
 mod tests {
     use super::*;
     use clap::ValueEnum;
+
+    #[test]
+    fn the_gallery_is_its_folder() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/forms");
+        let mut there: Vec<String> = fs::read_dir(folder)
+            .unwrap()
+            .filter_map(|entry| {
+                let name = entry.unwrap().file_name().into_string().unwrap();
+                Some(name.strip_suffix(".toml")?.to_owned())
+            })
+            .collect();
+        there.sort();
+        assert_eq!(there, forms());
+    }
 
     #[test]
     fn templates_are_their_folders() {

@@ -79,7 +79,7 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
     Ok(code(outcome.verdict).max(recorded))
 }
 
-/// Codes of one's own, as a face-off file has them.
+/// Codes of one's own, as a face-off file has them, or those of a form.
 fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     let [name] = &arguments.scenes[..] else {
         let what = "a face-off file stands alone";
@@ -91,17 +91,33 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         ("--ranks", running.ranks != 1),
         ("--launcher", running.launcher.is_some()),
         ("--install", running.install),
-        ("--allow-missing", arguments.allow_missing),
     ];
-    if let Some((option, _)) = is_given.iter().find(|(_, given)| *given) {
+    let refuse = |option: &str| {
         let what = format!("{option} is for scenes, and {name} is a face-off file");
-        return Err(Error::usage(
-            what,
-            "leave it out: the file says which codes there are",
-        ));
+        Error::usage(what, "leave it out: the file says which codes there are")
+    };
+    if let Some((option, _)) = is_given.iter().find(|(_, given)| *given) {
+        return Err(refuse(option));
     }
     distinct(&arguments.n, "n", "give different refinements")?;
     let mut of = FaceOff::read(name.as_ref())?;
+    let mut missing = Vec::new();
+    if arguments.allow_missing {
+        if of.form.is_none() {
+            return Err(refuse("--allow-missing"));
+        }
+        let asked =
+            |name: &String| arguments.engines.is_empty() || arguments.engines.contains(name);
+        let found = of.without_missing().into_iter();
+        missing.extend(found.filter(|(code, _)| asked(code)).map(|(code, why)| {
+            let message = format!("{code} is missing and was left out: {why}");
+            note!("faceoff: {message}");
+            Failure {
+                engine: code,
+                message,
+            }
+        }));
+    }
     if !arguments.n.is_empty() {
         of = of.with_n(arguments.n.iter().map(|&n| n as usize).collect())?;
     }
@@ -118,8 +134,10 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     let is_kept = arguments.resume.is_some() || arguments.record.is_some();
     let open = || Store::open(arguments.resume.as_deref(), &of.name);
     let store = is_kept.then(open).transpose()?;
+    let is_missing = |name: &&String| missing.iter().any(|of| of.engine == **name);
+    let codes = arguments.engines.iter().filter(|name| !is_missing(name));
     let how = face_off::Running {
-        codes: arguments.engines.clone(),
+        codes: codes.cloned().collect(),
         keep: running.keep.clone(),
         time_limit: Settings::default().time_limit,
         sandbox: Settings::default().sandbox,
@@ -127,9 +145,10 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         against: record.as_ref(),
         diagnose: arguments.diagnose,
     };
-    let outcome = watched(&[], vec![], to.quiet, |progress| {
+    let mut outcome = watched(&[], vec![], to.quiet, |progress| {
         face_off::face_off(&of, &how, progress)
     })?;
+    outcome.missing = missing;
     deliver(&report::face_off(&outcome)?, to)?;
     for finding in outcome.diagnosis.iter().flat_map(|d| &d.findings) {
         note!("faceoff: {finding}");

@@ -22,16 +22,17 @@ const SCRIPTS: [(&str, &str); 4] = [
     ("compat.py", include_str!("../../fenicsx/compat.py")),
 ];
 
-/// A Python that has dolfinx: the one the user names, Debian's, or the first in the path.
+/// A Python that has dolfinx.
 pub(super) fn python(within: &Within) -> Option<PathBuf> {
-    within.program(python_here, "python3")
+    within.program(|| python_with("dolfinx"), "python3")
 }
 
-fn python_here() -> Option<PathBuf> {
+/// A Python that has a module: the one that the user names, Debian's, or the first in the path.
+pub(super) fn python_with(module: &str) -> Option<PathBuf> {
     let named = std::env::var_os("FACEOFF_PYTHON").map(PathBuf::from);
     let debian = Some(PathBuf::from("/usr/bin/python3"));
     let all = [named, debian, find_in_path("python3")].into_iter();
-    all.flatten().find(|python| has_module(python, "dolfinx"))
+    all.flatten().find(|python| has_module(python, module))
 }
 
 /// Can this Python import the module? Looks for it without loading it, and in the root folder, as Python takes modules from

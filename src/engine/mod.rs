@@ -22,6 +22,7 @@ mod seccomp;
 mod shown;
 mod version;
 mod within;
+mod written;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,6 +42,7 @@ pub use quoted::{quoted, typed};
 pub use recorded::{BASELINE, Baseline, record};
 pub use script::{Form, How, Left, Script, Task, Written, copy, fill};
 pub use version::doubt;
+pub use written::Source;
 
 use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
 use faceoff_fem::linear::{self, Choice};

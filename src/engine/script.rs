@@ -15,6 +15,7 @@ use super::depends;
 use super::process;
 use super::program::Folder;
 use super::sandbox::{self, Allowed};
+use super::written::Source;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::file;
@@ -37,8 +38,10 @@ const THREADS: [&str; 4] = [
 pub struct Script {
     /// As reports call it.
     pub name: String,
-    /// Words with placeholders: `{mesh}`, `{out}`, `{n}`, and those of parameters.
+    /// Words with placeholders: `{mesh}`, `{out}`, `{n}`, those of parameters, and `{script}` where one is written.
     pub command: Vec<String>,
+    /// The script, where it is written from a form; it runs in the folder of its run instead of `home`.
+    pub source: Option<Source>,
     /// Where it runs, and where relative words are meant to be.
     pub home: PathBuf,
     /// None where it makes a mesh of its own.
@@ -213,10 +216,17 @@ impl Script {
             (Some(form), Some(mesh)) => Some(form.write(at, mesh)?),
             _ => None,
         };
+        let written = self.source.as_ref();
+        let written = written.map(|source| source.write(&self.name, at, task.parameters));
+        let written = written.transpose()?;
+        let home = if written.is_some() { at } else { &self.home };
         let value = |name: &str| match name {
             "mesh" => mesh.as_ref().map(|path| path.display().to_string()),
             "out" => Some(out.display().to_string()),
             "n" => task.n.map(|n| n.to_string()),
+            "script" if written.is_some() => {
+                written.as_ref().map(|path| path.display().to_string())
+            }
             other => task.parameters.get(other).cloned(),
         };
         let words: Vec<String> = self
@@ -226,18 +236,18 @@ impl Script {
             .collect::<Result<_, _>>()
             .map_err(|what| refuse(what, "name a parameter, {mesh}, {out} or {n}"))?;
         let mut command = Command::new(&words[0]);
-        command.args(&words[1..]).current_dir(&self.home);
+        command.args(&words[1..]).current_dir(home);
         let plugins = super::freefem::plugins(&words);
         command.envs(plugins.map(|[name, path]| (name, path)));
         if let Some(threads) = how.threads {
             command.envs(THREADS.map(|name| (name, threads.to_string())));
         }
         let program = at.join("command.txt");
-        io::save(&program, [by_hand(&self.home, &words).as_bytes()])?;
+        io::save(&program, [by_hand(home, &words).as_bytes()])?;
         let bounds = how.sandbox.then(|| Bounds::new(at));
         if how.sandbox {
             let allowed = Allowed {
-                read: vec![self.home.clone()],
+                read: vec![home.clone()],
                 ..Allowed::default()
             };
             command = sandbox::enclose(&command, at, &allowed)?;
@@ -247,7 +257,7 @@ impl Script {
             |error| match error {
                 Error::Engine { what, .. } => {
                     let remedy = match how.keep {
-                        Some(_) => format!("run it by hand: {}", by_hand(&self.home, &words)),
+                        Some(_) => format!("run it by hand: {}", by_hand(home, &words)),
                         None => "keep its folder by --keep DIR, whose command.txt runs it by hand"
                             .to_owned(),
                     };
@@ -303,6 +313,9 @@ impl Script {
     /// # Errors
     /// A file or folder that cannot be read, or more of them than can be looked at.
     pub fn identity(&self) -> Result<Value> {
+        if let Some(source) = &self.source {
+            return source.identity(&self.name, &self.command);
+        }
         Ok(json!({
             "command": self.command,
             "mesh": self.mesh.as_ref().map(|form| form.suffix),

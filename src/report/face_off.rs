@@ -25,7 +25,7 @@ const NOT_JUDGED: &str = "not judged";
 /// # Errors
 /// None but of a broken installation.
 pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
-    let question = "faceoff verify: do codes of one's own agree?";
+    let question = "faceoff verify: do these codes agree?";
     let verdict = word(of.verdict);
     let mut report = Report::new("face-off", question, verdict, of)?;
     report.verdict = Some((of.verdict, verdict));
@@ -257,6 +257,8 @@ fn lede(of: &FaceOffOutcome) -> Text {
         .flat_map(|f| &f.orders)
         .filter_map(order_words);
     told.extend(orders);
+    let missing = of.missing.iter();
+    told.extend(missing.map(|of| Text::message(&sentence(&of.message))));
     let findings = of.diagnosis.iter().flat_map(|d| &d.findings);
     told.extend(findings.map(|finding| text!("{}.", finding)));
     if !of.about.is_empty() {
@@ -515,6 +517,15 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
             ));
         }
     }
+    cases.extend(of.missing.iter().map(|missing| {
+        let name = format!("run of {}", missing.engine);
+        TestCase::new(
+            &of.name,
+            name,
+            Verdict::Undetermined,
+            missing.message.clone(),
+        )
+    }));
     for field in &of.fields {
         for pair in worst_times(field).into_iter().filter(|pair| pair.judged) {
             let level = at(&pair.level);

@@ -130,6 +130,8 @@ pub enum Place {
     Whole,
     /// A line, counted from 1.
     Line(usize),
+    /// A line and a character of it, both counted from 1.
+    Column(usize, usize),
     /// A byte, counted from 0.
     Byte(u64),
     /// A line inside a named section.
@@ -143,6 +145,7 @@ impl fmt::Display for Place {
         match self {
             Place::Whole => Ok(()),
             Place::Line(line) => write!(f, ":{line}"),
+            Place::Column(line, column) => write!(f, ":{line}:{column}"),
             Place::Byte(byte) => write!(f, ", byte {byte}"),
             Place::SectionLine(section, line) => write!(f, ":{line}, {section}"),
             Place::SectionByte(section, byte) => write!(f, ", byte {byte}, {section}"),

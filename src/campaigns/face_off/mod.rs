@@ -22,7 +22,7 @@ pub use times::short;
 use super::convergence::Convergence;
 use super::limit::Limit;
 use crate::engine::{How, Left, Progress, Task};
-use crate::run::{Code, FaceOff, Judged, Level, Record, Same, Store};
+use crate::run::{Code, FaceOff, Failure, Judged, Level, Record, Same, Store};
 use faceoff_judge::{ComparedField, Comparison, Verdict};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -57,6 +57,9 @@ pub struct FaceOffOutcome {
     pub verdict: Verdict,
     /// Each code on each level.
     pub runs: Vec<RunOf>,
+    /// Codes that were left out, as the user allowed it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub missing: Vec<Failure>,
     /// As the file asks for them.
     pub fields: Vec<OfField>,
     /// As the file asks for them.
@@ -279,6 +282,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         about: of.about.clone(),
         verdict: verdicts.max().unwrap_or(Verdict::Undetermined),
         runs,
+        missing: Vec::new(),
         fields,
         numbers,
         diagnosis,
@@ -320,7 +324,10 @@ fn players<'a>(of: &'a FaceOff, how: &Running<'a>) -> Result<Vec<Player<'a>>> {
         }
     }
     if players.len() < 2 {
-        let what = format!("{} alone shows nothing", players[0].name);
+        let what = match players.first() {
+            Some(player) => format!("{} alone shows nothing", player.name),
+            None => format!("no code of {} is here", of.name),
+        };
         return Err(Error::usage(
             what,
             "name two codes, or judge against a record",

@@ -1,4 +1,5 @@
-//! A code of a face-off: a program of the user's own, or one that speaks the protocol of engines and solves a scene.
+//! A code of a face-off: a program of the user's own, one whose script is written from a form, or one that speaks the protocol of engines
+//! and solves a scene.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,10 +18,18 @@ use faceoff_mesh::mesh::Triangulation;
 
 /// Who answers.
 pub enum Code {
-    /// A program of the user's own.
+    /// A program of the user's own, or a script that is written from a form.
     Script(Script),
+    /// One that cannot solve the form here: it is not installed, or lacks a space or an integral.
+    Missing(Missing),
     /// An engine that solves a scene.
     Protocol(Box<Protocol>),
+}
+
+/// A code without an answer, and why.
+pub struct Missing {
+    files: Script,
+    why: String,
 }
 
 /// An engine, and the scheme that it gets.
@@ -45,14 +54,19 @@ impl Code {
     pub fn files(&self) -> &Script {
         match self {
             Code::Script(script) => script,
+            Code::Missing(missing) => &missing.files,
             Code::Protocol(protocol) => &protocol.files,
         }
     }
 
     /// The program that the file starts by it: the first word of a command, or an engine that a file describes; none of an engine
-    /// of ours.
+    /// of ours, nor of a script that is written from a form, which can do nothing but solve it.
     pub fn program(&self) -> Option<&str> {
         match self {
+            Code::Script(Script {
+                source: Some(_), ..
+            })
+            | Code::Missing(_) => None,
             Code::Script(script) => script.command.first().map(String::as_str),
             Code::Protocol(of) => Some(of.engine.name()).filter(|name| !NAMES.contains(name)),
         }
@@ -62,7 +76,23 @@ impl Code {
     pub fn takes_mesh(&self) -> bool {
         match self {
             Code::Script(script) => script.mesh.is_some(),
-            Code::Protocol(_) => true,
+            Code::Missing(_) | Code::Protocol(_) => true,
+        }
+    }
+
+    /// A program whose command is in the file.
+    pub(super) fn typed(&self) -> Option<&Script> {
+        match self {
+            Code::Script(script) if script.source.is_none() => Some(script),
+            _ => None,
+        }
+    }
+
+    /// Why it cannot answer, if that is known before it runs.
+    pub fn missing(&self) -> Option<&str> {
+        match self {
+            Code::Missing(missing) => Some(&missing.why),
+            _ => None,
         }
     }
 
@@ -74,6 +104,7 @@ impl Code {
     pub fn run(&self, task: &Task, how: &How) -> Result<Left> {
         match self {
             Code::Script(script) => script.run(task, how),
+            Code::Missing(missing) => Err(missing.error()),
             Code::Protocol(protocol) => protocol.run(task, how),
         }
     }
@@ -93,6 +124,7 @@ impl Code {
     pub fn identity(&self) -> Result<Value> {
         match self {
             Code::Script(script) => script.identity(),
+            Code::Missing(missing) => Err(missing.error()),
             Code::Protocol(of) => Ok(json!({
                 "engine": of.engine.identity()?,
                 "scene": format!("{:?}", of.scene),
@@ -102,12 +134,24 @@ impl Code {
     }
 }
 
+impl Missing {
+    pub fn new(files: Script, why: String) -> Self {
+        Missing { files, why }
+    }
+
+    fn error(&self) -> Error {
+        let remedy = "install or change what is missing, leave it out of `use`, or judge without it: --allow-missing";
+        Error::engine(&self.files.name, &self.why, remedy)
+    }
+}
+
 impl Protocol {
     /// An engine by the name that it has in the face-off.
     pub fn new(name: &str, engine: Box<dyn Engine>, scene: Scene, method: Method) -> Self {
         let files = Script {
             name: name.to_owned(),
             command: Vec::new(),
+            source: None,
             home: ".".into(),
             mesh: None,
             results: vec![FIELD.to_owned()],

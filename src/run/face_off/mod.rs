@@ -19,8 +19,11 @@
 //! same = "discretisation"
 //! rtol = 1e-10
 //! ```
+//!
+//! The file of a weak form has `[form]` instead of commands: the codes that it uses get their scripts from the form.
 
 mod code;
+mod form;
 mod formula;
 mod level;
 mod parameters;
@@ -35,11 +38,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 pub use code::Code;
+pub use form::FormFile;
 pub use formula::Formula;
 pub use level::Level;
 pub use store::{Record, Store};
 pub use times::Judged;
 
+use faceoff_form::Problem;
 use faceoff_judge::On;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
@@ -54,6 +59,8 @@ pub struct FaceOff {
     pub name: String,
     /// What the problem is, in the file's words; may be empty.
     pub about: String,
+    /// The weak form from which codes get their scripts.
+    pub form: Option<Problem>,
     mesh: Option<Source>,
     /// Refinements, ascending; none where the mesh is taken as it is.
     pub n: Vec<usize>,
@@ -122,12 +129,12 @@ impl Asked {
     }
 }
 
-/// Is this the file of a face-off rather than of a scene? What cannot be read is neither.
+/// Is this the file of a face-off, or of a form, rather than of a scene? What cannot be read is none of them.
 pub fn is_face_off(path: &Path) -> bool {
     let table = file::text(path)
         .ok()
         .and_then(|text| text.parse::<toml::Table>().ok());
-    table.is_some_and(|table| table.contains_key("codes"))
+    table.is_some_and(|table| table.contains_key("codes") || table.contains_key("form"))
 }
 
 impl FaceOff {
@@ -145,17 +152,20 @@ impl FaceOff {
     /// # Errors
     /// A file that cannot be read, unknown keys, what could not be judged, placeholders that are not known.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = file::text(path)?;
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let home = std::path::absolute(folder).map_err(Error::io(folder, "find"))?;
-        Reader {
-            origin: path.display().to_string(),
-            home,
-        }
-        .read(&text)
+        Reader::of(path)?.read(&file::text(path)?)
+    }
+
+    /// Takes out the codes of a form that cannot solve it here, and returns them with the reasons.
+    pub fn without_missing(&mut self) -> Vec<(String, String)> {
+        let all = std::mem::take(&mut self.codes);
+        let (missing, there) = all.into_iter().partition(|code| code.missing().is_some());
+        self.codes = there;
+        let missing: Vec<Code> = missing;
+        let told = missing.iter().map(|code| {
+            let why = code.missing().unwrap_or_default();
+            (code.name().to_owned(), why.to_owned())
+        });
+        told.collect()
     }
 
     /// With other refinements.
@@ -183,30 +193,36 @@ impl FaceOff {
     /// # Errors
     /// A file that cannot be read or refined so often; [`Error::Ended`].
     pub fn mesh(&self, n: Option<usize>) -> Result<Option<Mesh>> {
-        let refuse = |what: String| Error::Scene {
-            scene: self.name.clone(),
-            place: "mesh".into(),
-            what,
-            remedy: "give n of 1, 2, 4, …: how often each edge of the file's mesh is divided"
-                .into(),
-        };
-        let mut mesh = match &self.mesh {
-            None => return Ok(None),
-            Some(Source::Generated(cuboid)) => union_mesh(n.unwrap_or(16), cuboid)?,
-            Some(Source::File(path)) => {
+        let source = self.mesh.as_ref();
+        source.map(|source| source.mesh(&self.name, n)).transpose()
+    }
+}
+
+impl Source {
+    /// The mesh at a refinement, of the file of this name.
+    fn mesh(&self, name: &str, n: Option<usize>) -> Result<Mesh> {
+        let mut mesh = match self {
+            Source::Generated(cuboid) => union_mesh(n.unwrap_or(16), cuboid)?,
+            Source::File(path) => {
                 let mut mesh = io::read(path)?;
                 let times = n.unwrap_or(1);
                 if !times.is_power_of_two() {
-                    return Err(refuse(format!("n = {times} is no power of two")));
+                    return Err(Error::Scene {
+                        scene: name.to_owned(),
+                        place: "mesh".into(),
+                        what: format!("n = {times} is no power of two"),
+                        remedy: "give n of 1, 2, 4, …: how often each edge of the file's mesh is divided"
+                            .into(),
+                    });
                 }
                 for _ in 0..times.trailing_zeros() {
-                    (mesh, _) = refine::refine(&self.name, &mesh)?;
+                    (mesh, _) = refine::refine(name, &mesh)?;
                 }
                 mesh
             }
         };
         group_cells(&mut mesh);
-        Ok(Some(mesh))
+        Ok(mesh)
     }
 }
 

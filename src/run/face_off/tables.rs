@@ -6,11 +6,13 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::code::{Code, Protocol};
+use super::form::in_full;
 use super::level::Level;
 use super::{Asked, FaceOff, Formula, Judged, Same, Source};
 use crate::engine::{self, Form, Script, fill};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
+use faceoff_form::Problem;
 use faceoff_judge::On;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::beneath;
@@ -18,25 +20,31 @@ use faceoff_mesh::mesh::generate::Cuboid;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+pub(super) struct File {
     name: String,
     #[serde(default)]
     about: String,
-    mesh: Option<MeshTable>,
+    pub mesh: Option<MeshTable>,
     #[serde(default)]
     parameters: BTreeMap<String, toml::Value>,
     #[serde(default)]
     times: Judged,
+    #[serde(default)]
     codes: toml::Table,
     #[serde(default)]
     fields: toml::Table,
     #[serde(default)]
     numbers: toml::Table,
+    // Of a form, which is read by its own crate.
+    pub form: Option<toml::Value>,
+    spaces: Option<toml::Value>,
+    data: Option<toml::Value>,
+    dirichlet: Option<toml::Value>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct MeshTable {
+pub(super) struct MeshTable {
     file: Option<String>,
     generator: Option<String>,
     origin: Option<Vec<f64>>,
@@ -62,7 +70,7 @@ struct CodeTable {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct AskedTable {
-    same: Same,
+    same: Option<Same>,
     rtol: Option<f64>,
     #[serde(default)]
     atol: f64,
@@ -92,6 +100,22 @@ struct OrdersTable {
 enum Several<T> {
     One(T),
     List(Vec<T>),
+}
+
+impl AskedTable {
+    /// What the file of a form need not say: its codes share the mesh, the spaces and the rules. Formulas may name its parameters and data.
+    fn complete(&mut self, form: &Problem) {
+        self.same.get_or_insert(Same::Discretisation);
+        let texts = match &mut self.exact {
+            Several::One(one) => std::slice::from_mut(one),
+            Several::List(list) => list,
+        };
+        for given in texts {
+            if let Given::Text(text) = given {
+                *text = in_full(text, form);
+            }
+        }
+    }
 }
 
 impl<T> Default for Several<T> {
@@ -133,13 +157,18 @@ impl Reader {
         }
     }
 
-    fn table<T: for<'de> Deserialize<'de>>(&self, place: &str, value: toml::Value) -> Result<T> {
+    pub(super) fn table<T: for<'de> Deserialize<'de>>(
+        &self,
+        place: &str,
+        value: toml::Value,
+    ) -> Result<T> {
         value
             .try_into()
             .map_err(|e: toml::de::Error| self.refuse(place, e.message().replace('\n', " "), KEYS))
     }
 
-    pub fn read(&self, text: &str) -> Result<FaceOff> {
+    /// The tables of a file.
+    pub fn parse(&self, text: &str) -> Result<File> {
         let file: File = toml::from_str(text).map_err(|e| {
             let line = e
                 .span()
@@ -151,26 +180,57 @@ impl Reader {
             )
         })?;
         self.check_name("name", &file.name)?;
-        let (parameters, list) = self.parameters(file.parameters)?;
-        let codes = file
-            .codes
-            .into_iter()
-            .map(|(name, table)| {
-                let place = format!("codes.{name}");
-                let table = self.table(&place, table)?;
-                self.code(name, table, &parameters, file.mesh.is_some())
-            })
-            .collect::<Result<Vec<_>>>()?;
+        let of_form = [
+            ("spaces", &file.spaces),
+            ("data", &file.data),
+            ("dirichlet", &file.dirichlet),
+        ];
+        match of_form.iter().find(|(_, table)| table.is_some()) {
+            Some((key, _)) if file.form.is_none() => {
+                let what = "it belongs to a form, and there is none".to_owned();
+                Err(self.refuse(key, what, "add [form] with F = \"…\", or leave it out"))
+            }
+            _ => Ok(file),
+        }
+    }
+
+    pub fn read(&self, text: &str) -> Result<FaceOff> {
+        let mut file = self.parse(text)?;
+        let (parameters, list) = self.parameters(std::mem::take(&mut file.parameters))?;
+        let mut n = Vec::new();
+        let mut source = None;
+        if let Some(table) = file.mesh.take() {
+            (source, n) = self.mesh(table)?;
+        }
+        Level::all(&n, list.as_ref()).map_err(|what| {
+            let remedy = "give one n, or as many as the parameter has values: they run together";
+            self.refuse("parameters", what, remedy)
+        })?;
+        let form = match file.form {
+            None => None,
+            Some(_) => Some(self.form(text, source.as_ref(), n.first().copied())?.0),
+        };
+        let mut codes = match &form {
+            None => Vec::new(),
+            Some(form) => self.written(form, &mut file.codes)?,
+        };
+        for (name, table) in file.codes {
+            let place = format!("codes.{name}");
+            let table = self.table(&place, table)?;
+            let code = self.code(name, table, &parameters, source.is_some())?;
+            if codes.iter().any(|known| known.name() == code.name()) {
+                let what = "there are two codes of this name".to_owned();
+                return Err(self.refuse(&place, what, "give one of them another name"));
+            }
+            codes.push(code);
+        }
         if codes.len() < 2 {
             let what = format!("it has {} codes", codes.len());
             return Err(self.refuse("codes", what, "name two at least: [codes.NAME]"));
         }
         for (k, code) in codes.iter().enumerate() {
-            let Code::Script(script) = code else { continue };
-            let mut others = codes[..k].iter().filter_map(|other| match other {
-                Code::Script(other) => Some(other),
-                Code::Protocol(_) => None,
-            });
+            let Some(script) = code.typed() else { continue };
+            let mut others = codes[..k].iter().filter_map(Code::typed);
             if let Some(twin) = others.find(|other| other.command == script.command) {
                 let what = format!("{} and {} have one command", twin.name, script.name);
                 let remedy = "a code beside itself shows nothing: give each a command of its own";
@@ -181,6 +241,9 @@ impl Reader {
             let all = tables.into_iter().map(|(name, table)| {
                 let place = format!("{kind}.{name}");
                 let mut table: AskedTable = self.table(&place, table)?;
+                if let Some(form) = &form {
+                    table.complete(form);
+                }
                 let of_number = kind == "numbers";
                 if of_number && table.times.is_some() {
                     let what = "times are of fields, and this is a number".to_owned();
@@ -196,6 +259,9 @@ impl Reader {
             });
             all.collect()
         };
+        if let Some(form) = &form {
+            self.asked_of(form, &mut file.fields, &file.numbers)?;
+        }
         let (fields, numbers) = (
             asked("fields", file.fields)?,
             asked("numbers", file.numbers)?,
@@ -227,16 +293,8 @@ impl Reader {
             };
             return Err(self.refuse(&format!("codes.{}", code.name), what, &remedy));
         }
-        let mut n = Vec::new();
-        let mut source = None;
-        if let Some(table) = file.mesh {
-            (source, n) = self.mesh(table)?;
-        }
-        Level::all(&n, list.as_ref()).map_err(|what| {
-            let remedy = "give one n, or as many as the parameter has values: they run together";
-            self.refuse("parameters", what, remedy)
-        })?;
         Ok(FaceOff {
+            form,
             name: file.name,
             about: file.about,
             mesh: source,
@@ -258,7 +316,7 @@ impl Reader {
         Err(self.refuse(place, what, "use letters, digits, `-`, `_` and `.`"))
     }
 
-    fn mesh(&self, table: MeshTable) -> Result<(Option<Source>, Vec<usize>)> {
+    pub fn mesh(&self, table: MeshTable) -> Result<(Option<Source>, Vec<usize>)> {
         let refuse = |what: &str, remedy: &str| self.refuse("mesh", what.to_owned(), remedy);
         let source = match (table.file, table.generator.as_deref()) {
             (Some(name), None) => {
@@ -374,6 +432,7 @@ impl Reader {
         let script = Script {
             name,
             command: table.command,
+            source: None,
             home: self.home.clone(),
             mesh: form,
             results: table.result.list(),
@@ -426,8 +485,11 @@ impl Reader {
         codes: &[Code],
     ) -> Result<Asked> {
         let refuse = |what: String, remedy: &str| self.refuse(place, what, remedy);
+        let Some(same) = table.same else {
+            return Err(refuse("missing field `same`".to_owned(), KEYS));
+        };
         let in_range = |x: f64| x >= 0.0 && x.is_finite();
-        let rtol = match (table.rtol, table.same) {
+        let rtol = match (table.rtol, same) {
             (Some(rtol), _) => rtol,
             (None, Same::Discretisation) => 1e-10,
             (None, Same::Problem) if table.atol > 0.0 => 0.0,
@@ -490,7 +552,7 @@ impl Reader {
         Ok(Asked {
             name,
             names: table.names,
-            same: table.same,
+            same,
             rtol,
             atol: table.atol,
             on: table.on,
@@ -506,4 +568,4 @@ impl Reader {
     }
 }
 
-const KEYS: &str = "docs/reference/face-off.md lists the keys of a face-off file";
+const KEYS: &str = "docs/reference/face-off.md lists the keys of a face-off file, docs/reference/form.md those of a form";

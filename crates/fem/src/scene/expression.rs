@@ -5,6 +5,7 @@ mod enclosure;
 mod gradient;
 mod many;
 mod parse;
+pub mod syntax;
 mod truncated;
 
 pub use enclosure::{Condition, spanned};
@@ -34,18 +35,25 @@ enum Node {
     If(Comparison, Box<[Node; 4]>),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Operator {
+/// An operation on two numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Operator {
+    /// a + b
     Add,
+    /// a - b
     Subtract,
+    /// a b
     Multiply,
+    /// a/b
     Divide,
+    /// aᵇ
     Power,
 }
 
 impl Operator {
+    /// The value.
     #[inline(always)]
-    fn apply(self, a: f64, b: f64) -> f64 {
+    pub fn apply(self, a: f64, b: f64) -> f64 {
         match self {
             Operator::Add => a + b,
             Operator::Subtract => a - b,
@@ -56,16 +64,22 @@ impl Operator {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Comparison {
+/// A relation of two numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Comparison {
+    /// a < b
     Less,
+    /// a ≤ b
     LessEqual,
+    /// a > b
     Greater,
+    /// a ≥ b
     GreaterEqual,
 }
 
 impl Comparison {
-    fn holds(self, a: f64, b: f64) -> bool {
+    /// Do two numbers compare so? With NaN they never do.
+    pub fn holds(self, a: f64, b: f64) -> bool {
         match self {
             Comparison::Less => a < b,
             Comparison::LessEqual => a <= b,
@@ -75,30 +89,60 @@ impl Comparison {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-enum Function {
+/// A function of one or two numbers; its names are in a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Function {
+    /// sin a
     Sin,
+    /// cos a
     Cos,
+    /// tan a
     Tan,
+    /// arcsin a
     Asin,
+    /// arccos a
     Acos,
+    /// arctan a
     Atan,
+    /// The angle of the point (b, a).
     Atan2,
+    /// sinh a
     Sinh,
+    /// cosh a
     Cosh,
+    /// tanh a
     Tanh,
+    /// exp a
     Exp,
+    /// The natural logarithm.
     Log,
+    /// √a
     Sqrt,
+    /// |a|
     Abs,
+    /// The smaller one.
     Min,
+    /// The larger one.
     Max,
 }
 
 impl Function {
+    /// The function of this name, and the number of its arguments.
+    pub fn of_name(name: &str) -> Option<(Self, usize)> {
+        let row = FUNCTIONS.iter().find(|row| row.0 == name)?;
+        Some((row.2, row.1))
+    }
+
+    /// Its name in scenes, in FreeFEM and in UFL.
+    pub fn names(self) -> [&'static str; 3] {
+        let row = FUNCTIONS.iter().find(|row| row.2 == self);
+        let row = row.expect("invariant: every function has its row");
+        [row.0, row.3, row.4]
+    }
+
     /// The value; `b` counts for those of two arguments only.
     #[inline(always)]
-    fn apply(self, a: f64, b: f64) -> f64 {
+    pub fn apply(self, a: f64, b: f64) -> f64 {
         match self {
             Function::Sin => a.sin(),
             Function::Cos => a.cos(),

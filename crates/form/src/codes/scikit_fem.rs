@@ -1,0 +1,410 @@
+//! scikit-fem: the form as functions of NumPy arrays, in scalars, with our derivative.
+
+use super::Code;
+use super::python;
+use super::spelling::{Shared, Spelling, Words, comment, measure, shared};
+use crate::problem::{Domain, Element, Problem, Unknown};
+use crate::scalar::{Field, Id, Leaf, Node, Side};
+
+/// scikit-fem, from release 8 on.
+pub const CODE: Code = Code {
+    name: "scikit-fem",
+    suffix: "_skfem.py",
+    command: &["python3"],
+    mesh: ("msh2", "msh"),
+    write,
+};
+
+/// Names that the frame imports or makes.
+const RESERVED: &str = "skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
+    BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held asm sides other number";
+
+fn element(unknown: &Unknown, dim: usize) -> Result<String, String> {
+    let cell = if dim == 2 { "Tri" } else { "Tet" };
+    let name = match unknown.space.element {
+        Element::Continuous(3) if dim == 3 => {
+            return Err("scikit-fem has no P3 on tetrahedra".into());
+        }
+        Element::Continuous(degree) => format!("skfem.Element{cell}P{degree}()"),
+        Element::Broken(0) => format!("skfem.Element{cell}P0()"),
+        Element::Broken(degree) => format!("skfem.ElementDG(skfem.Element{cell}P{degree}())"),
+        Element::CrouzeixRaviart => format!("skfem.Element{cell}CR()"),
+    };
+    Ok(match unknown.space.size {
+        None => name,
+        Some(size) => format!("skfem.ElementVector({name}, {size})"),
+    })
+}
+
+/// The sides of a measure: those of interior facets, or the only one.
+fn sides(domain: Domain) -> &'static [Side] {
+    match domain {
+        Domain::Interior => &[Side::Plus, Side::Minus],
+        _ => &[Side::Here],
+    }
+}
+
+fn mark(side: Side) -> &'static str {
+    match side {
+        Side::Here => "",
+        Side::Plus => "_plus",
+        Side::Minus => "_minus",
+    }
+}
+
+fn end(problem: &Problem, words: &Words, node: Node) -> String {
+    match node {
+        Node::Pi => "np.pi".into(),
+        Node::Parameter(k) => words.parameters[k].clone(),
+        Node::Coordinate(k) => ["x", "y", "z"][k].into(),
+        Node::Normal(k, Side::Minus) => format!("(-n[{k}])"),
+        Node::Normal(k, _) => format!("n[{k}]"),
+        Node::Diameter(side) => format!("w.h{}", mark(side)),
+        Node::Leaf(Leaf {
+            field: Field::Datum(k),
+            ..
+        }) if problem.data[k].space.is_none() => {
+            let Node::Leaf(leaf) = node else {
+                return String::new();
+            };
+            format!(
+                "{}({})",
+                words.part(leaf),
+                ["x", "y", "z"][..problem.dim].join(", ")
+            )
+        }
+        Node::Leaf(leaf) => {
+            let (name, size) = match leaf.field {
+                Field::Datum(_) => (format!("w.{}{}", words.part(leaf), mark(leaf.side)), None),
+                Field::Unknown(k) => (
+                    format!("{}{}", words.whole(leaf.field), mark(leaf.side)),
+                    problem.unknowns[k].space.size,
+                ),
+                Field::Test(k) | Field::Increment(k) => (
+                    words.whole(leaf.field).to_owned(),
+                    problem.unknowns[k].space.size,
+                ),
+            };
+            match (size, leaf.axis) {
+                (None, None) => name,
+                (None, Some(axis)) => format!("{name}.grad[{axis}]"),
+                (Some(_), None) => format!("{name}[{}]", leaf.component),
+                (Some(_), Some(axis)) => format!("{name}.grad[{}, {axis}]", leaf.component),
+            }
+        }
+        _ => String::new(),
+    }
+}
+
+fn write(problem: &mut Problem) -> Result<String, String> {
+    let dim = problem.dim;
+    let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
+    let elements = problem
+        .unknowns
+        .iter()
+        .map(|u| element(u, dim))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut s = python::top(
+        problem,
+        CODE.suffix,
+        "import skfem\nfrom scipy.sparse.linalg import splu",
+        &words,
+    );
+    let axes = &["x", "y", "z"][..dim];
+    let parameters = words.parameters.clone();
+    let numpy = |problem: &Problem, id: Id| {
+        python::numpy(&problem.scalars, id, ["x", "y", "z"], &|k| {
+            parameters[k].clone()
+        })
+    };
+    let [rule, facet_rule] = problem.rules().map(|rule| python::rule(&rule));
+    let array =
+        |(points, weights): (String, String)| format!("np.array({points}).T, np.array({weights})");
+    let cell = if dim == 2 { "Tri" } else { "Tet" };
+    s += &format!(
+        "mesh = skfem.Mesh{cell}(points.T.copy(), cells.T.copy())\n\
+         element = {}\n\n# The quadrature points are given explicitly, so that all codes use the same.\nrule = {}\nfacet_rule = {}\n\n\
+         number = {{tuple(vertices): i for i, vertices in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}}\n\
+         boundary = np.array([number[tuple(sorted(vertices))] for vertices in facets.tolist()])\n\
+         diameter = np.max([np.linalg.norm(mesh.p[:, mesh.t[i]] - mesh.p[:, mesh.t[j]], axis=0) for i in range({}) for j in range(i)], axis=0)\n",
+        elements.join(" * "),
+        array(rule),
+        array(facet_rule),
+        dim + 1
+    );
+    for (k, datum) in problem.data.iter().enumerate() {
+        for (name, id) in words.parts(Field::Datum(k)).iter().zip(&datum.components) {
+            s += &format!(
+                "\n\ndef {name}({}):\n    return {}\n",
+                axes.join(", "),
+                numpy(problem, *id)
+            );
+        }
+    }
+
+    let residual = problem.residual();
+    let jacobian: Vec<_> = residual
+        .iter()
+        .map(|integral| problem.derivative(integral))
+        .collect();
+    let names: Vec<String> = (0..problem.unknowns.len())
+        .map(|k| words.whole(Field::Unknown(k)).to_owned())
+        .collect();
+    let list = |field: fn(usize) -> Field| {
+        let each = (0..problem.unknowns.len()).map(|k| words.whole(field(k)).to_owned());
+        each.collect::<Vec<_>>().join(", ")
+    };
+    let (tests, increments) = (list(Field::Test), list(Field::Increment));
+    let interpolated: Vec<(usize, String, usize)> = problem
+        .data
+        .iter()
+        .enumerate()
+        .filter_map(|(k, datum)| datum.space.map(|space| (k, space.element.degree())))
+        .flat_map(|(k, degree)| {
+            words
+                .parts(Field::Datum(k))
+                .iter()
+                .map(move |name| (k, name.clone(), degree))
+                .collect::<Vec<_>>()
+        })
+        .collect();
+
+    let mut calls = [Vec::new(), Vec::new()];
+    for (i, (integral, by)) in residual.iter().zip(&jacobian).enumerate() {
+        let roots: Vec<Id> = integral
+            .terms
+            .values()
+            .chain(by.values())
+            .copied()
+            .collect();
+        let used = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
+        let ends = |node: Node| end(problem, &used, node);
+        let spelling = Spelling {
+            end: &ends,
+            call: python::numpy_call,
+            power: |base, n| n.after(base, "**"),
+            choice: python::numpy_choice,
+        };
+        let mut fresh = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
+        let found = shared(&problem.scalars, &roots, &mut fresh);
+        let body = |products: Vec<(Id, Vec<Leaf>)>| {
+            let needed = problem.scalars.nodes_of(products.iter().map(|(c, _)| *c));
+            let mut known = Shared::new();
+            let mut text = format!("    {}, = w.x\n", axes.join(", "));
+            if needed
+                .iter()
+                .any(|id| matches!(problem.scalars.node(*id), Node::Normal(..)))
+            {
+                text += "    n = w.n\n";
+            }
+            for (k, name) in names.iter().enumerate() {
+                for side in sides(integral.measure.domain) {
+                    let is_used = needed.iter().any(|id| matches!(problem.scalars.node(*id), Node::Leaf(l) if l.field == Field::Unknown(k)));
+                    if is_used {
+                        text += &format!("    {name}{0} = w.{name}{0}\n", mark(*side));
+                    }
+                }
+            }
+            for (id, name) in &found {
+                if needed.contains(id) {
+                    text += &format!(
+                        "    {name} = {}\n",
+                        spelling.definition(&problem.scalars, *id, &known)
+                    );
+                    known.insert(*id, name.clone());
+                }
+            }
+            let each = products.iter().map(|(c, leaves)| {
+                let ends = leaves
+                    .iter()
+                    .map(|leaf| (spelling.end)(Node::Leaf(*leaf)))
+                    .collect::<Vec<_>>()
+                    .join("*");
+                match problem.scalars.number_of(*c) {
+                    Some(1.0) => ends,
+                    Some(-1.0) => format!("-{ends}"),
+                    _ => format!("{}*{ends}", spelling.factor(&problem.scalars, *c, &known)),
+                }
+            });
+            let sum = each
+                .collect::<Vec<_>>()
+                .join("\n        + ")
+                .replace("+ -", "- ");
+            format!("{text}    return (\n        {sum}\n    )\n")
+        };
+        let title = measure(problem, &integral.measure);
+        let all = sides(integral.measure.domain);
+        let (here, bases) = match integral.measure.domain {
+            Domain::Cells => (
+                format!(
+                    "skfem.Basis(mesh, element, quadrature=rule{})",
+                    groups(problem, &integral.measure.groups, "elements", "regions")
+                ),
+                1,
+            ),
+            Domain::Boundary if integral.measure.groups.is_empty() => (
+                "skfem.FacetBasis(mesh, element, quadrature=facet_rule)".into(),
+                1,
+            ),
+            Domain::Boundary => (
+                format!(
+                    "skfem.FacetBasis(mesh, element, quadrature=facet_rule{})",
+                    groups(problem, &integral.measure.groups, "facets", "labels")
+                ),
+                1,
+            ),
+            Domain::Interior => (
+                format!(
+                    "skfem.InteriorFacetBasis(mesh, element, quadrature=facet_rule{}, side=SIDE)",
+                    groups(problem, &integral.measure.groups, "facets", "labels")
+                ),
+                2,
+            ),
+        };
+        s += &format!("\n\n# {}\n", comment(&title));
+        if bases == 1 {
+            s += &format!("basis{i} = {here}\n");
+        } else {
+            s += &format!("basis{i}_plus, basis{i}_minus = ({here} for other in (0, 1))\n")
+                .replace("SIDE", "other");
+        }
+        for test in all {
+            let linear: Vec<_> = integral
+                .terms
+                .iter()
+                .filter(|(leaf, _)| leaf.side == *test)
+                .map(|(leaf, c)| (*c, vec![*leaf]))
+                .collect();
+            if !linear.is_empty() {
+                let name = format!("residual{i}{}", mark(*test));
+                s += &format!(
+                    "\n\n@skfem.LinearForm\ndef {name}({tests}, w):\n{}",
+                    body(linear)
+                );
+                calls[0].push(format!(
+                    "{name}.assemble(basis{i}{}, **given{i})",
+                    mark(*test)
+                ));
+            }
+            for trial in all {
+                let of_both: Vec<_> = by
+                    .iter()
+                    .filter(|((t, d), _)| t.side == *test && d.side == *trial)
+                    .map(|((t, d), c)| (*c, vec![*d, *t]))
+                    .collect();
+                if !of_both.is_empty() {
+                    let name = format!("derivative{i}{}{}", mark(*trial), mark(*test));
+                    s += &format!(
+                        "\n\n@skfem.BilinearForm\ndef {name}({increments}, {tests}, w):\n{}",
+                        body(of_both)
+                    );
+                    calls[1].push(format!(
+                        "{name}.assemble(basis{i}{}, basis{i}{}, **given{i})",
+                        mark(*trial),
+                        mark(*test)
+                    ));
+                }
+            }
+        }
+    }
+    s += "\n\nbasis = skfem.Basis(mesh, element, quadrature=rule)\ntotal = basis.zeros()\n";
+    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld = np.zeros(basis.N, bool)\n";
+    if !problem.conditions.is_empty() {
+        s += "\n\ndef hold(group, component, part, g):\n    found = basis.get_dofs(facets=boundary[labels == group])\n    \
+              mine = np.isin(found.flatten(), part)\n    dofs = found.flatten()[mine]\n    held[dofs] = True\n    total[dofs] = g(*basis.doflocs[:, dofs])\n\n\n";
+        s = s.replace(
+            "def hold(group, component, part, g):",
+            "def hold(group, part, g):",
+        );
+        for condition in &problem.conditions {
+            let unknown = &problem.unknowns[condition.unknown];
+            let mut part = match problem.unknowns.len() {
+                1 => "np.arange(basis.N)".to_owned(),
+                _ => format!("basis.split_indices()[{}]", condition.unknown),
+            };
+            if let Some(size) = unknown.space.size {
+                part = format!("{part}[{}::{size}]", condition.component);
+            }
+            s += &format!(
+                "hold({}, {part}, lambda {}: {})\n",
+                problem.groups[condition.group].tag,
+                axes.join(", "),
+                numpy(problem, condition.value)
+            );
+        }
+    }
+    // What the forms are given: the unknowns and data at the points of each basis.
+    s += "\n\ndef given(basis, mark=\"\"):\n    \"\"\"The unknowns and data at the points of a basis.\"\"\"\n    of_cells = diameter[basis.tind if hasattr(basis, \"tind\") and basis.tind is not None else slice(None)]\n    found = basis.interpolate(total)\n";
+    s += &match &names[..] {
+        [one] => format!("    all = {{\"{one}\" + mark: found}}\n"),
+        _ => format!(
+            "    all = dict(zip([name + mark for name in ({})], found))\n",
+            names
+                .iter()
+                .map(|n| format!("\"{n}\""))
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
+    };
+    for (_, name, degree) in &interpolated {
+        s += &format!(
+            "    own = basis.with_element(skfem.Element{cell}P{degree}())\n    all[\"{name}\" + mark] = own.interpolate({name}(*own.doflocs))\n"
+        );
+    }
+    s += "    return {**all, \"h\" + mark: of_cells[:, None] + 0*basis.dx}\n";
+    s += "\n\n# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\nfor step in range(30):\n";
+    for (i, integral) in residual.iter().enumerate() {
+        s += &match integral.measure.domain {
+            Domain::Interior => format!(
+                "    given{i} = {{**given(basis{i}_plus, \"_plus\"), **given(basis{i}_minus, \"_minus\")}}\n"
+            ),
+            _ => format!("    given{i} = given(basis{i})\n"),
+        };
+    }
+    let [vectors, matrices] = calls.map(|all| all.join("\n        + "));
+    s += &format!(
+        "    r = (\n        {vectors}\n    )\n    A = (\n        {matrices}\n    )\n    free = ~held\n    \
+         d = splu(A.tocsc()[free][:, free]).solve(r[free])\n    total[free] -= d\n    \
+         if abs(d).max(initial=0) <= 1e-10*abs(total).max():\n        break\nelse:\n    sys.exit(\"Newton's method did not converge.\")\n"
+    );
+    let (nodes, kind) = python::nodes(problem.output(), dim)?;
+    let nodes: Vec<String> = nodes
+        .iter()
+        .map(|node| format!("{:?}", &node[1..]))
+        .collect();
+    s += &format!(
+        "\n# The values at the nodes of VTK's cells.\nnodes = np.array([{}]).T\nat = np.moveaxis(mesh.mapping().F(nodes), 0, 2)\nat = np.pad(at, ((0, 0), (0, 0), (0, {})))\n\
+         found = skfem.Basis(mesh, element, quadrature=(nodes, np.ones(nodes.shape[1]))).interpolate(total)\n",
+        nodes.join(", "),
+        3 - dim
+    );
+    let values = problem.unknowns.iter().enumerate().map(|(k, u)| {
+        let found = if names.len() == 1 {
+            "found".to_owned()
+        } else {
+            format!("found[{k}]")
+        };
+        let value = match u.space.size {
+            None => format!("np.asarray({found})"),
+            Some(_) => format!("np.moveaxis(np.asarray({found}), 0, 2)"),
+        };
+        (u.name.clone(), value)
+    });
+    Ok(s + &python::bottom(problem.output(), kind, &values.collect::<Vec<_>>()))
+}
+
+/// The argument that names the cells or facets of some groups.
+fn groups(problem: &Problem, groups: &[usize], name: &str, marks: &str) -> String {
+    if groups.is_empty() {
+        return String::new();
+    }
+    let tags: Vec<String> = groups
+        .iter()
+        .map(|k| problem.groups[*k].tag.to_string())
+        .collect();
+    let chosen = format!("np.isin({marks}, [{}])", tags.join(", "));
+    match name {
+        "elements" => format!(", elements=np.flatnonzero({chosen})"),
+        _ => format!(", facets=boundary[{chosen}]"),
+    }
+}

@@ -1,0 +1,515 @@
+//! What scripts have in common: names that no code knows already, scalars as text, and the head that says what is solved.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use faceoff_fem::scene::expression::{Comparison, Function};
+
+use crate::problem::{Domain, Measure, Problem};
+use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
+
+/// Names of a problem in a script. Where a code or the language of its scripts knows a word already, a mark follows.
+pub struct Words {
+    taken: BTreeSet<String>,
+    /// `_`, or `0` where names have no underscores.
+    mark: char,
+    whole: BTreeMap<Field, String>,
+    parts: BTreeMap<Field, Vec<String>>,
+    /// Of parameters.
+    pub parameters: Vec<String>,
+}
+
+impl Words {
+    /// `reserved` are words of the code; components of vectors count from `first`.
+    pub fn new(problem: &Problem, reserved: &str, first: usize, mark: char) -> Self {
+        let mut words = Words {
+            mark,
+            taken: reserved.split_whitespace().map(str::to_owned).collect(),
+            whole: BTreeMap::new(),
+            parts: BTreeMap::new(),
+            parameters: Vec::new(),
+        };
+        words.parameters = problem
+            .parameters
+            .iter()
+            .map(|p| words.fresh(&p.name))
+            .collect();
+        let mut add = |field: Field, name: &str, shape: &[usize]| {
+            let whole = words.fresh(name);
+            let count: usize = shape.iter().product();
+            let parts = match shape {
+                [] => vec![whole.clone()],
+                [_] => (0..count)
+                    .map(|k| words.fresh(&format!("{name}{}", k + first)))
+                    .collect(),
+                _ => {
+                    let part = |k: usize| {
+                        format!("{name}{}{}", k / shape[1] + first, k % shape[1] + first)
+                    };
+                    (0..count).map(|k| words.fresh(&part(k))).collect()
+                }
+            };
+            words.whole.insert(field, whole);
+            words.parts.insert(field, parts);
+        };
+        for (k, unknown) in problem.unknowns.iter().enumerate() {
+            let test = unknown.test.replace("test.", "test_");
+            add(Field::Unknown(k), &unknown.name, &unknown.space.shape());
+            add(Field::Test(k), &test, &unknown.space.shape());
+            add(
+                Field::Increment(k),
+                &format!("d{}", unknown.name),
+                &unknown.space.shape(),
+            );
+        }
+        for (k, datum) in problem.data.iter().enumerate() {
+            add(Field::Datum(k), &datum.name, &datum.shape);
+        }
+        words
+    }
+
+    /// A name that is not taken.
+    pub fn fresh(&mut self, name: &str) -> String {
+        let mut name = name.to_owned();
+        if self.mark != '_' {
+            name = name.replace('_', "");
+        }
+        while !self.taken.insert(name.clone()) {
+            name.push(self.mark);
+        }
+        name
+    }
+
+    /// The name of a field as a whole.
+    pub fn whole(&self, field: Field) -> &str {
+        &self.whole[&field]
+    }
+
+    /// The names of its components; of a scalar, its own.
+    pub fn parts(&self, field: Field) -> &[String] {
+        &self.parts[&field]
+    }
+
+    /// The name of a component.
+    pub fn part(&self, leaf: Leaf) -> &str {
+        &self.parts[&leaf.field][leaf.component]
+    }
+}
+
+/// How a code writes scalars.
+pub struct Spelling<'a> {
+    /// The ends: parameters, coordinates, normals, diameters and leaves.
+    pub end: &'a dyn Fn(Node) -> String,
+    /// A function of one or two arguments.
+    pub call: fn(Function, &[String]) -> String,
+    /// A power, of a base in brackets where it needs them.
+    pub power: fn(&str, &Exponent) -> String,
+    /// Values of a choice: the comparison, its sides and both values.
+    pub choice: fn(&str, &[String; 4]) -> String,
+}
+
+/// The exponent of a power.
+pub enum Exponent {
+    /// An integer from -9 to -1 or 2 to 9.
+    Integer(i8),
+    /// Any other number or expression as text, in brackets where it needs them.
+    Other(String),
+}
+
+impl Exponent {
+    /// The exponent by itself.
+    pub fn text(&self) -> String {
+        match self {
+            Exponent::Integer(n) if *n < 0 => format!("({n}.0)"),
+            Exponent::Integer(n) => n.to_string(),
+            Exponent::Other(text) => text.clone(),
+        }
+    }
+
+    /// The base, the sign of powers and the exponent.
+    pub fn after(&self, base: &str, sign: &str) -> String {
+        format!("{base}{sign}{}", self.text())
+    }
+}
+
+/// How tightly an expression holds together.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+enum Tight {
+    Sum,
+    Product,
+    Power,
+    Atom,
+}
+
+/// Expressions that occur more than once, which are printed by name.
+pub type Shared = BTreeMap<Id, String>;
+
+impl Spelling<'_> {
+    /// An expression as text.
+    pub fn text(&self, scalars: &Scalars, id: Id, shared: &Shared) -> String {
+        self.print(scalars, id, shared).0
+    }
+
+    /// The same as a factor: sums are in brackets.
+    pub fn factor(&self, scalars: &Scalars, id: Id, shared: &Shared) -> String {
+        self.within(scalars, id, shared, Tight::Product)
+    }
+
+    fn within(&self, scalars: &Scalars, id: Id, shared: &Shared, least: Tight) -> String {
+        let (text, tight) = self.print(scalars, id, shared);
+        match tight >= least {
+            true => text,
+            false => format!("({text})"),
+        }
+    }
+
+    fn print(&self, scalars: &Scalars, id: Id, shared: &Shared) -> (String, Tight) {
+        if let Some(name) = shared.get(&id) {
+            return (name.clone(), Tight::Atom);
+        }
+        self.print_node(scalars, id, shared)
+    }
+
+    /// What a shared expression is, in terms of the others.
+    pub fn definition(&self, scalars: &Scalars, id: Id, shared: &Shared) -> String {
+        self.print_node(scalars, id, shared).0
+    }
+
+    fn print_node(&self, scalars: &Scalars, id: Id, shared: &Shared) -> (String, Tight) {
+        let within = |part, least| self.within(scalars, part, shared, least);
+        match scalars.node(id) {
+            Node::Number(bits) => {
+                let value = f64::from_bits(bits);
+                let tight = if value < 0.0 { Tight::Sum } else { Tight::Atom };
+                (format!("{value:?}"), tight)
+            }
+            Node::Add(a, b) => {
+                let left = within(a, Tight::Sum);
+                let right = within(b, Tight::Sum);
+                // A sum on the right comes without brackets as well: only rounding could tell.
+                let text = match right.strip_prefix('-') {
+                    Some(rest) => format!("{left} - {rest}"),
+                    None => format!("{left} + {right}"),
+                };
+                (text, Tight::Sum)
+            }
+            Node::Multiply(a, b) if scalars.number_of(a) == Some(-1.0) => {
+                (format!("-{}", within(b, Tight::Product)), Tight::Sum)
+            }
+            Node::Multiply(a, b) if scalars.number_of(a).is_some_and(|a| a < 0.0) => {
+                let value = scalars.number_of(a).unwrap_or(0.0);
+                (
+                    format!("{value:?}*{}", within(b, Tight::Product)),
+                    Tight::Sum,
+                )
+            }
+            Node::Multiply(a, b) => (
+                format!(
+                    "{}*{}",
+                    within(a, Tight::Product),
+                    within(b, Tight::Product)
+                ),
+                Tight::Product,
+            ),
+            Node::Divide(a, b) => (
+                format!("{}/{}", within(a, Tight::Product), within(b, Tight::Power)),
+                Tight::Product,
+            ),
+            Node::Power(a, b) => {
+                let exponent = match scalars.number_of(b) {
+                    Some(n) if n.fract() == 0.0 && n.abs() < 10.0 => Exponent::Integer(n as i8),
+                    _ => Exponent::Other(within(b, Tight::Atom)),
+                };
+                let text = (self.power)(&within(a, Tight::Atom), &exponent);
+                (text, Tight::Power)
+            }
+            Node::Call(function, a, b) => {
+                let arguments = std::iter::once(a)
+                    .chain(b)
+                    .map(|part| within(part, Tight::Sum));
+                (
+                    (self.call)(function, &arguments.collect::<Vec<_>>()),
+                    Tight::Atom,
+                )
+            }
+            Node::If(comparison, parts) => {
+                let sign = match comparison {
+                    Comparison::Less => "<",
+                    Comparison::LessEqual => "<=",
+                    Comparison::Greater => ">",
+                    Comparison::GreaterEqual => ">=",
+                };
+                (
+                    (self.choice)(sign, &parts.map(|part| within(part, Tight::Sum))),
+                    Tight::Atom,
+                )
+            }
+            end => ((self.end)(end), Tight::Atom),
+        }
+    }
+}
+
+/// Names for what occurs more than once in some expressions and takes some work, parts first.
+pub fn shared(scalars: &Scalars, roots: &[Id], words: &mut Words) -> Vec<(Id, String)> {
+    let nodes = scalars.nodes_of(roots.iter().copied());
+    let mut uses: BTreeMap<Id, usize> = BTreeMap::new();
+    let mut size: BTreeMap<Id, usize> = BTreeMap::new();
+    for id in &nodes {
+        let parts = scalars.node(*id).parts();
+        size.insert(
+            *id,
+            parts
+                .iter()
+                .fold(usize::from(!parts.is_empty()), |sum, part| {
+                    sum.saturating_add(size[part])
+                }),
+        );
+        for part in parts {
+            *uses.entry(part).or_default() += 1;
+        }
+    }
+    for root in roots {
+        *uses.entry(*root).or_default() += 1;
+    }
+    let mut found = Vec::new();
+    for id in nodes {
+        if uses[&id] > 1 && size[&id] > 2 {
+            found.push((id, words.fresh(&format!("s{}", found.len() + 1))));
+            size.insert(id, 0);
+        }
+    }
+    found
+}
+
+/// A measure as the form writes it.
+pub fn measure(problem: &Problem, measure: &Measure) -> String {
+    let name = match measure.domain {
+        Domain::Cells => "dx",
+        Domain::Boundary => "ds",
+        Domain::Interior => "dS",
+    };
+    let groups: Vec<&str> = measure
+        .groups
+        .iter()
+        .map(|k| problem.groups[*k].name.as_str())
+        .collect();
+    match groups.is_empty() {
+        true => name.to_owned(),
+        false => format!("{name}({})", groups.join(", ")),
+    }
+}
+
+/// Longest line of an equation in the head.
+const WIDTH: usize = 110;
+
+/// An expression of more operations than this does not fit on a line.
+const SHORT: f64 = 110.0;
+
+/// A line of a comment: nothing in it ends the comment or a text, whatever a file contains.
+pub fn comment(text: &str) -> String {
+    let plain = |c: char| match c {
+        '\\' => '/',
+        '"' => '\'',
+        '\u{2028}' | '\u{2029}' => ' ',
+        c if c.is_control() => ' ',
+        c => c,
+    };
+    text.chars().map(plain).collect()
+}
+
+/// What a script solves, line by line: the weak form as it was written, its data, and the strong form.
+pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
+    let mut lines = vec![match problem.about.is_empty() {
+        true => problem.name.clone(),
+        false => format!("{}: {}", problem.name, problem.about),
+    }];
+    lines.push(String::new());
+    let spaces = problem
+        .unknowns
+        .iter()
+        .map(|u| format!("{} in {}", u.name, u.space.name()));
+    let tests: Vec<&str> = problem.unknowns.iter().map(|u| u.test.as_str()).collect();
+    lines.push(format!(
+        "Weak form: find {} such that for all {}",
+        spaces.collect::<Vec<_>>().join(", "),
+        tests.join(", ")
+    ));
+    for line in problem
+        .form
+        .0
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty())
+    {
+        lines.push(format!("    {line}"));
+    }
+    lines.push("is zero, with".to_owned());
+    for datum in &problem.data {
+        let how = datum
+            .space
+            .map(|space| format!(", interpolated in {}", space.name()))
+            .unwrap_or_default();
+        let value = match datum.shape.is_empty() {
+            true => datum.texts[0].clone(),
+            false => format!("[{}]", datum.texts.join(", ")),
+        };
+        lines.push(format!("    {} = {value}{how}", datum.name));
+    }
+    let plain = |node: Node| plain_end(problem, node);
+    let spelling = Spelling {
+        end: &plain,
+        call: |function, a| format!("{}({})", function.names()[0], a.join(", ")),
+        power: |base, n| n.after(base, "^"),
+        choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
+    };
+    for condition in &problem.conditions {
+        let unknown = &problem.unknowns[condition.unknown];
+        let value = spelling.text(&problem.scalars, condition.value, &Shared::new());
+        let name = component(&unknown.name, unknown.space.size, condition.component);
+        lines.push(format!(
+            "    {name} = {value} on {}",
+            problem.groups[condition.group].name
+        ));
+    }
+    if lines.last().is_some_and(|line| line.ends_with("with")) {
+        lines.pop();
+        lines.push("is zero.".to_owned());
+    }
+    let strong = strong_form(&mut problem.clone());
+    if !strong.is_empty() {
+        lines.push("Strong form:".to_owned());
+        lines.extend(strong.into_iter().map(|line| format!("    {line}")));
+    }
+    lines.push(String::new());
+    lines.push(reads.to_owned());
+    lines.iter().map(|line| comment(line)).collect()
+}
+
+fn component(name: &str, size: Option<usize>, component: usize) -> String {
+    match size {
+        None => name.to_owned(),
+        Some(_) => format!("{name}[{component}]"),
+    }
+}
+
+fn plain_end(problem: &Problem, node: Node) -> String {
+    let axis = |k: usize| ["x", "y", "z"][k];
+    match node {
+        Node::Pi => "pi".into(),
+        Node::Parameter(k) => problem.parameters[k].name.clone(),
+        Node::Coordinate(k) => axis(k).into(),
+        Node::Normal(k, _) => format!("n[{k}]"),
+        Node::Diameter(_) => "h".into(),
+        Node::Leaf(leaf) => {
+            let (name, size) = match leaf.field {
+                Field::Unknown(k) | Field::Increment(k) | Field::Test(k) => {
+                    (&problem.unknowns[k].name, problem.unknowns[k].space.size)
+                }
+                Field::Datum(k) => (
+                    &problem.data[k].name,
+                    problem.data[k].shape.first().copied(),
+                ),
+            };
+            let name = component(name, size, leaf.component);
+            match leaf.axis {
+                None => name,
+                Some(k) => format!("d{name}/d{}", axis(k)),
+            }
+        }
+        _ => String::new(),
+    }
+}
+
+/// The equations in the domain and on the boundary that integration by parts gives; those that do not fit on a line are left out.
+fn strong_form(problem: &mut Problem) -> Vec<String> {
+    let integrals = problem.residual();
+    let [mut cells, mut rest] = [Vec::new(), Vec::new()];
+    for integral in integrals {
+        match integral.measure.domain {
+            Domain::Cells if integral.measure.groups.is_empty() => cells.push(integral),
+            Domain::Boundary => rest.push(integral),
+            _ => return Vec::new(),
+        }
+    }
+    let Some(cells) = cells.pop() else {
+        return Vec::new();
+    };
+    let mut lines = Vec::new();
+    for (unknown, component) in problem.components() {
+        let leaf = |axis| Leaf {
+            field: Field::Test(unknown),
+            component,
+            axis,
+            side: Side::Here,
+        };
+        let fluxes: Vec<Option<Id>> = (0..problem.dim)
+            .map(|k| cells.terms.get(&leaf(Some(k))).copied())
+            .collect();
+        let load = cells.terms.get(&leaf(None));
+        let all = fluxes.iter().flatten().chain(load);
+        if all.map(|id| problem.scalars.length(*id)).sum::<f64>() > SHORT {
+            return Vec::new();
+        }
+        let shown = problem.clone();
+        let plain = |node: Node| plain_end(&shown, node);
+        let spelling = Spelling {
+            end: &plain,
+            call: |function, a| format!("{}({})", function.names()[0], a.join(", ")),
+            power: |base, n| n.after(base, "^"),
+            choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
+        };
+        let mut left = String::new();
+        for (k, flux) in fluxes.iter().enumerate() {
+            if let Some(flux) = flux {
+                let text = spelling.text(&problem.scalars, *flux, &Shared::new());
+                left += &format!(
+                    "{}d({text})/d{}",
+                    if left.is_empty() { "-" } else { " - " },
+                    ["x", "y", "z"][k]
+                );
+            }
+        }
+        if let Some(load) = load {
+            let text = spelling.text(&problem.scalars, *load, &Shared::new());
+            left += &match (left.is_empty(), text.strip_prefix('-')) {
+                (true, _) => text,
+                (false, Some(rest)) => format!(" - {rest}"),
+                (false, None) => format!(" + {text}"),
+            };
+        }
+        if left.is_empty() || left.len() > WIDTH {
+            return Vec::new();
+        }
+        lines.push(format!("{left} = 0"));
+        for integral in &rest {
+            let of_it: Vec<_> = integral
+                .terms
+                .iter()
+                .filter(|(test, _)| test.field == leaf(None).field && test.component == component)
+                .collect();
+            let [(test, load)] = of_it[..] else { continue };
+            if test.axis.is_some() {
+                continue;
+            }
+            let mut all = vec![*load];
+            for (k, flux) in fluxes.iter().enumerate() {
+                if let Some(flux) = flux {
+                    let normal = problem.scalars.push(Node::Normal(k, Side::Here));
+                    all.push(problem.scalars.multiply(normal, *flux));
+                }
+            }
+            all.rotate_left(1);
+            let sum = problem.scalars.sum(all);
+            if problem.scalars.length(sum) > SHORT {
+                continue;
+            }
+            let text = spelling.text(&problem.scalars, sum, &Shared::new());
+            if text.len() <= WIDTH {
+                lines.push(format!(
+                    "{text} = 0 on {}",
+                    measure(problem, &integral.measure)
+                ));
+            }
+        }
+    }
+    lines
+}

@@ -1,0 +1,187 @@
+//! The text of a form, changed where UFL spells something otherwise; all else stays as it was written.
+
+use faceoff_fem::scene::expression::Comparison;
+use faceoff_fem::scene::expression::syntax::{Kind, Term};
+
+use super::spelling::Words;
+use crate::language::find_group;
+use crate::problem::Problem;
+use crate::scalar::Field;
+
+struct Editor<'a> {
+    problem: &'a Problem,
+    words: &'a Words,
+    chars: Vec<char>,
+    /// Start, end and what takes its place.
+    edits: Vec<(usize, usize, String)>,
+}
+
+/// A text and its term in UFL; coordinates are `x[0]`, `x[1]`, `x[2]`.
+pub fn ufl(problem: &Problem, words: &Words, text: &str, term: &Term) -> String {
+    let mut editor = Editor {
+        problem,
+        words,
+        chars: text.chars().collect(),
+        edits: Vec::new(),
+    };
+    editor.term(term);
+    editor.apply()
+}
+
+impl Editor<'_> {
+    fn replace(&mut self, start: usize, end: usize, with: impl Into<String>) {
+        self.edits.push((start, end, with.into()));
+    }
+
+    fn apply(mut self) -> String {
+        // Edits at one place keep their order: outer ones come first.
+        self.edits.sort_by_key(|edit| (edit.0, edit.1));
+        let mut text = String::new();
+        let mut at = 0;
+        for (start, end, with) in &self.edits {
+            text.extend(&self.chars[at..*start]);
+            text += with;
+            at = *end;
+        }
+        text.extend(&self.chars[at..]);
+        // Python takes no other blanks than these.
+        let plain = |c: char| {
+            if c.is_whitespace() && c != '\n' {
+                ' '
+            } else {
+                c
+            }
+        };
+        text.chars().map(plain).collect()
+    }
+
+    fn term(&mut self, term: &Term) {
+        match &term.kind {
+            // Python refuses 007.
+            Kind::Number(value) if self.chars[term.start] == '0' => {
+                self.replace(term.start, term.end, value.to_string());
+            }
+            Kind::Number(_) | Kind::Text(_) => {}
+            Kind::Name(name) => {
+                if let Some(new) = self.name(name) {
+                    self.replace(term.start, term.end, new);
+                }
+            }
+            Kind::List(parts) => {
+                self.replace(term.start, term.start, "as_tensor(");
+                parts.iter().for_each(|part| self.term(part));
+                self.replace(term.end, term.end, ")");
+            }
+            Kind::Negative(a) => self.term(a),
+            Kind::Binary(_, sides) => {
+                self.term(&sides[0]);
+                let between = sides[0].end..sides[1].start;
+                if let Some(at) = between.clone().find(|at| self.chars[*at] == '^') {
+                    self.replace(at, at + 1, "**");
+                }
+                self.term(&sides[1]);
+            }
+            Kind::Compare(comparison, sides) => {
+                let name = match comparison {
+                    Comparison::Less => "lt(",
+                    Comparison::LessEqual => "le(",
+                    Comparison::Greater => "gt(",
+                    Comparison::GreaterEqual => "ge(",
+                };
+                self.replace(term.start, term.start, name);
+                self.term(&sides[0]);
+                self.replace(sides[0].end, sides[1].start, ", ");
+                self.term(&sides[1]);
+                self.replace(term.end, term.end, ")");
+            }
+            // x[1] is UFL's already.
+            Kind::Index(a, _) => {
+                if !matches!(&a.kind, Kind::Name(name) if name == "x") {
+                    self.term(a);
+                }
+            }
+            Kind::Member(a, name) => match &a.kind {
+                Kind::Name(test) if test == "test" => {
+                    let k = self.problem.unknowns.iter().position(|u| u.name == *name);
+                    let new = self.words.whole(Field::Test(k.unwrap_or(0))).to_owned();
+                    self.replace(term.start, term.end, new);
+                }
+                _ => self.term(a),
+            },
+            Kind::Call(function, arguments) => self.call(term, function, arguments),
+        }
+    }
+
+    fn name(&self, name: &str) -> Option<String> {
+        let of = self.problem;
+        let field = |field| Some(self.words.whole(field).to_owned());
+        if let Some(k) = ["x", "y", "z"].iter().position(|axis| *axis == name) {
+            return Some(format!("x[{k}]"));
+        }
+        if let Some(k) = of.parameters.iter().position(|p| p.name == name) {
+            return Some(self.words.parameters[k].clone());
+        }
+        if let Some(k) = of.unknowns.iter().position(|u| u.name == name) {
+            return field(Field::Unknown(k));
+        }
+        if let Some(k) = of.unknowns.iter().position(|u| u.test == name) {
+            return field(Field::Test(k));
+        }
+        of.data
+            .iter()
+            .position(|d| d.name == name)
+            .and_then(|k| field(Field::Datum(k)))
+    }
+
+    fn call(&mut self, term: &Term, function: &Term, arguments: &[Term]) {
+        let Kind::Name(name) = &function.kind else {
+            // A side of a facet.
+            return self.term(function);
+        };
+        let is_measure = ["dx", "ds", "dS"].contains(&name.as_str());
+        if !is_measure && matches!(arguments, [one] if matches!(one.kind, Kind::Text(_))) {
+            return self.term(function);
+        }
+        let new = match name.as_str() {
+            "dx" | "ds" | "dS" => {
+                let dim = self.problem.dim - usize::from(name != "dx");
+                let lists = arguments.iter().flat_map(|a| match &a.kind {
+                    Kind::List(parts) => parts.iter().collect(),
+                    _ => vec![a],
+                });
+                let tags = lists.map(|part| {
+                    let word = match &part.kind {
+                        Kind::Name(word) | Kind::Text(word) => word.clone(),
+                        Kind::Number(number) => number.to_string(),
+                        _ => String::new(),
+                    };
+                    let found = find_group(&self.problem.groups, &word, dim).unwrap_or(0);
+                    self.problem.groups[found].tag.to_string()
+                });
+                let tags: Vec<String> = tags.collect();
+                let all = match &tags[..] {
+                    [one] => one.clone(),
+                    several => format!("({})", several.join(", ")),
+                };
+                return self.replace(term.start, term.end, format!("{name}({all})"));
+            }
+            "log" => "ln",
+            "max" | "pos" => "max_value",
+            "min" => "min_value",
+            "if" => "conditional",
+            "rot" => "curl",
+            other => other,
+        };
+        if new != name {
+            self.replace(function.start, function.end, new);
+        }
+        if name == "Identity" {
+            return;
+        }
+        arguments.iter().for_each(|argument| self.term(argument));
+        if name == "pos" {
+            let end = arguments.last().map_or(term.end, |last| last.end);
+            self.replace(end, end, ", 0.0");
+        }
+    }
+}

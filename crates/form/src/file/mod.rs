@@ -1,0 +1,513 @@
+//! Form files: TOML to a checked [`Problem`], with the place of every fault.
+
+mod conditions;
+mod mesh;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::path::Path;
+
+use faceoff_fem::scene::expression::Function;
+use faceoff_fem::scene::expression::syntax::Term;
+use faceoff_mesh::error::{Error, Place, Result, meant};
+use faceoff_mesh::mesh::Mesh;
+use toml::de::{DeTable, DeValue};
+
+use crate::language::{Fault, Names, Reader, WORDS};
+use crate::problem::{Datum, Element, Parameter, Problem, Space, Unknown};
+use crate::scalar::Scalars;
+
+use mesh::Marks;
+
+/// The highest degrees of the rules that all codes share: on cells, and on edges.
+const MOST_DEGREE: [usize; 2] = [5, 9];
+
+type Value<'a> = toml::Spanned<DeValue<'a>>;
+
+impl Problem {
+    /// Reads the text of a form file for a mesh, whose groups it names; `origin` is its path in messages.
+    ///
+    /// # Errors
+    /// What is not TOML or not a form, with its line and column; a mesh that is not of triangles or tetrahedra alone.
+    pub fn parse(origin: &Path, text: &str, mesh: &Mesh) -> Result<Self> {
+        File { origin, text }.problem(mesh)
+    }
+}
+
+/// Is this the text of a form rather than of a scene or of codes?
+pub fn is_form(text: &str) -> bool {
+    DeTable::parse(text).is_ok_and(|table| table.get_ref().contains_key("form"))
+}
+
+struct File<'a> {
+    origin: &'a Path,
+    text: &'a str,
+}
+
+/// A key with its value, in the order of the file.
+struct Entry<'a> {
+    key: &'a str,
+    place: Range<usize>,
+    value: &'a Value<'a>,
+}
+
+impl<'a> File<'a> {
+    /// An error at a byte of the file.
+    fn refuse(&self, at: usize, what: impl Into<String>, remedy: impl Into<String>) -> Error {
+        let before = &self.text[..at.min(self.text.len())];
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        Error::file(self.origin, Place::Column(line, column), what, remedy)
+    }
+
+    fn entries(&self, value: &'a Value<'a>, of: &str) -> Result<Vec<Entry<'a>>> {
+        let Some(table) = value.get_ref().as_table() else {
+            let what = format!("{of} is not a table");
+            return Err(self.refuse(value.span().start, what, format!("write [{of}]")));
+        };
+        Ok(ordered(table))
+    }
+
+    /// The text of a value; a number as it is written.
+    fn text_of(&self, value: &'a Value<'a>) -> Result<String> {
+        match value.get_ref() {
+            DeValue::String(text) => Ok(text.to_string()),
+            DeValue::Integer(_) | DeValue::Float(_) => Ok(self.text[value.span()].to_owned()),
+            other => {
+                let what = format!("this is {} {}", article(other.type_str()), other.type_str());
+                Err(self.refuse(value.span().start, what, "give a text or a number"))
+            }
+        }
+    }
+
+    fn integer(&self, value: &'a Value<'a>, most: usize) -> Result<usize> {
+        let number = value
+            .get_ref()
+            .as_integer()
+            .and_then(|n| n.as_str().parse().ok());
+        number.filter(|n| (1..=most).contains(n)).ok_or_else(|| {
+            let what = "this is not a degree of the rules that all codes have";
+            self.refuse(
+                value.span().start,
+                what,
+                format!("give an integer from 1 to {most}"),
+            )
+        })
+    }
+
+    /// Where a character of a text is in the file.
+    fn inside(&self, value: &Value<'_>, text: &str, at: usize) -> usize {
+        let span = value.span();
+        let start = self.text[span.clone()].find(text);
+        let before: usize = text.chars().take(at).map(char::len_utf8).sum();
+        start.map_or(span.start, |start| span.start + start + before)
+    }
+
+    fn fault(&self, value: &Value<'_>, text: &str, fault: Fault) -> Error {
+        self.refuse(self.inside(value, text, fault.at), fault.what, fault.remedy)
+    }
+
+    fn term(&self, value: &'a Value<'a>) -> Result<(String, Term)> {
+        let text = self.text_of(value)?;
+        let term = Term::parse(&text).map_err(|e| {
+            let at = self.inside(value, &text, e.column.saturating_sub(1));
+            self.refuse(at, e.what, "docs/reference/form.md has the grammar")
+        })?;
+        Ok((text, term))
+    }
+
+    fn name(&self, entry: &Entry<'_>, taken: &mut BTreeSet<String>) -> Result<String> {
+        let name = entry.key;
+        let at = entry.place.start;
+        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if !name.starts_with(|c: char| c.is_ascii_alphabetic())
+            || !name.chars().all(is_word)
+            || name.ends_with('_')
+        {
+            let what = format!("`{name}` is not a name that all codes can have");
+            let remedy = "use letters, digits and `_`, a letter first and no `_` last";
+            return Err(self.refuse(at, what, remedy));
+        }
+        if WORDS.contains(&name) || Function::of_name(name).is_some() {
+            let what = format!("`{name}` is a word of the language");
+            return Err(self.refuse(at, what, "give it another name"));
+        }
+        if !taken.insert(name.to_owned()) {
+            let what = format!("there are two things called `{name}`");
+            return Err(self.refuse(at, what, "give one of them another name"));
+        }
+        Ok(name.to_owned())
+    }
+
+    fn problem(&self, mesh: &Mesh) -> Result<Problem> {
+        let document = DeTable::parse(self.text).map_err(|e| {
+            let at = e.span().map_or(0, |span| span.start);
+            self.refuse(at, e.message().replace('\n', " "), "write TOML")
+        })?;
+        // What is borrowed from the document must live as long as it does.
+        let file = File {
+            origin: self.origin,
+            text: self.text,
+        };
+        file.read(ordered(document.get_ref()), mesh)
+    }
+
+    fn read(&self, tables: Vec<Entry<'a>>, mesh: &Mesh) -> Result<Problem> {
+        const KEYS: [&str; 11] = [
+            "name",
+            "about",
+            "mesh",
+            "spaces",
+            "parameters",
+            "data",
+            "form",
+            "dirichlet",
+            "codes",
+            "fields",
+            "numbers",
+        ];
+        let names = KEYS.join(", ");
+        self.known(&tables, &KEYS)?;
+        let find = |key: &str| tables.iter().find(|entry| entry.key == key);
+        let need = |key: &str| {
+            find(key).ok_or_else(|| {
+                self.refuse(
+                    0,
+                    format!("there is no {key}"),
+                    format!("a form file has {names}"),
+                )
+            })
+        };
+        let Marks {
+            dim,
+            groups,
+            unmarked,
+        } = Marks::new(&self.origin.display().to_string(), mesh)?;
+        let name = self.title(need("name")?.value)?;
+        let mut taken = BTreeSet::new();
+        let unknowns = self.unknowns(need("spaces")?, dim, &mut taken)?;
+        let parameters = match find("parameters") {
+            Some(entry) => self.parameters(entry, &mut taken)?,
+            None => Vec::new(),
+        };
+        let mut scalars = Scalars::default();
+        let data = match find("data") {
+            Some(entry) => self.data(entry, dim, &parameters, &mut taken, &mut scalars)?,
+            None => Vec::new(),
+        };
+        let form = self.entries(need("form")?.value, "form")?;
+        self.known(&form, &["F", "degree", "facet_degree"])?;
+        let of_form = |key: &str| form.iter().find(|entry| entry.key == key);
+        let degree = |key: &str, most: usize| {
+            of_form(key).map_or(Ok(5), |entry| self.integer(entry.value, most))
+        };
+        let [degree, facet_degree] = [
+            degree("degree", MOST_DEGREE[0])?,
+            degree("facet_degree", MOST_DEGREE[if dim == 2 { 1 } else { 0 }])?,
+        ];
+        let Some(entry) = of_form("F") else {
+            let at = need("form")?.place.start;
+            return Err(self.refuse(
+                at,
+                "the form has no F",
+                "add F = \"…\": F(u; v) = 0 is solved",
+            ));
+        };
+        let (text, term) = self.term(entry.value)?;
+        let names = Names {
+            dim,
+            unknowns: &unknowns,
+            parameters: &parameters,
+            data: &data,
+            groups: &groups,
+            unmarked,
+        };
+        let integrals = Reader::new(names, &mut scalars)
+            .form(&term)
+            .map_err(|fault| self.fault(entry.value, &text, fault))?;
+        let mut problem = Problem {
+            name,
+            about: find("about")
+                .map(|entry| self.text_of(entry.value))
+                .transpose()?
+                .unwrap_or_default(),
+            dim,
+            unknowns,
+            parameters,
+            data,
+            groups,
+            integrals,
+            conditions: Vec::new(),
+            degree,
+            facet_degree,
+            form: (text, term),
+            scalars,
+        };
+        if let Some(entry) = find("dirichlet") {
+            self.conditions(entry, &mut problem)?;
+        }
+        self.check(&mut problem, entry.value)?;
+        Ok(problem)
+    }
+
+    /// The name of the problem, which is part of the names of its files.
+    fn title(&self, value: &'a Value<'a>) -> Result<String> {
+        let name = self.text_of(value)?;
+        let is_part = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+        match name.len() <= 64
+            && name.chars().all(is_part)
+            && name.starts_with(|c: char| c.is_ascii_alphanumeric())
+        {
+            true => Ok(name),
+            false => Err(self.refuse(
+                value.span().start,
+                "this cannot be the name of a file",
+                "use at most 64 letters, digits, `-`, `_` and `.`, a letter or digit first",
+            )),
+        }
+    }
+
+    fn known(&self, entries: &[Entry<'_>], keys: &[&str]) -> Result<()> {
+        match entries.iter().find(|entry| !keys.contains(&entry.key)) {
+            None => Ok(()),
+            Some(entry) => {
+                let remedy = format!(
+                    "{}known are {}",
+                    meant(entry.key, keys.iter().copied()),
+                    keys.join(", ")
+                );
+                Err(self.refuse(
+                    entry.place.start,
+                    format!("there is no key `{}`", entry.key),
+                    remedy,
+                ))
+            }
+        }
+    }
+
+    fn unknowns(
+        &self,
+        entry: &Entry<'a>,
+        dim: usize,
+        taken: &mut BTreeSet<String>,
+    ) -> Result<Vec<Unknown>> {
+        let entries = self.entries(entry.value, "spaces")?;
+        if entries.is_empty() {
+            return Err(self.refuse(
+                entry.place.start,
+                "there is no unknown",
+                "add one, as in u = \"P1\"",
+            ));
+        }
+        let mut all: Vec<Unknown> = Vec::new();
+        for each in &entries {
+            let name = self.name(each, taken)?;
+            let text = self.text_of(each.value)?;
+            let space = space(&text, dim).ok_or_else(|| {
+                let remedy =
+                    "known are P0 to P3, DG0 to DG2 and CR, and vectors of them as in \"P2^2\"";
+                self.refuse(
+                    each.value.span().start,
+                    format!("there is no space `{text}`"),
+                    remedy,
+                )
+            })?;
+            all.push(Unknown {
+                test: format!("test.{name}"),
+                name,
+                space,
+            });
+        }
+        let is_alone = all.len() == 1;
+        for unknown in &mut all {
+            let usual = match unknown.name.as_str() {
+                "p" if !is_alone => "q",
+                "u" => "v",
+                "sigma" => "tau",
+                _ if is_alone => "v",
+                _ => continue,
+            };
+            if taken.insert(usual.to_owned()) {
+                usual.clone_into(&mut unknown.test);
+            }
+        }
+        Ok(all)
+    }
+
+    fn parameters(
+        &self,
+        entry: &Entry<'a>,
+        taken: &mut BTreeSet<String>,
+    ) -> Result<Vec<Parameter>> {
+        let entries = self.entries(entry.value, "parameters")?;
+        let each = entries.iter().map(|each| {
+            let name = self.name(each, taken)?;
+            let value = match each.value.get_ref() {
+                DeValue::Integer(_) | DeValue::Float(_) => self.text[each.value.span()]
+                    .replace('_', "")
+                    .parse()
+                    .ok()
+                    .filter(|v: &f64| v.is_finite()),
+                _ => None,
+            };
+            let value = value.ok_or_else(|| {
+                self.refuse(
+                    each.value.span().start,
+                    format!("the parameter {name} is not a finite number"),
+                    "give one number",
+                )
+            })?;
+            Ok(Parameter { name, value })
+        });
+        each.collect()
+    }
+
+    fn data(
+        &self,
+        entry: &Entry<'a>,
+        dim: usize,
+        parameters: &[Parameter],
+        taken: &mut BTreeSet<String>,
+        scalars: &mut Scalars,
+    ) -> Result<Vec<Datum>> {
+        let entries = self.entries(entry.value, "data")?;
+        let mut all = Vec::new();
+        for each in &entries {
+            let name = self.name(each, taken)?;
+            let mut value = each.value;
+            let mut interpolated = None;
+            if value.get_ref().is_table() {
+                let keys = self.entries(value, "data")?;
+                self.known(&keys, &["expr", "space"])?;
+                let [expr, given] = ["expr", "space"]
+                    .map(|key| keys.iter().find(|e| e.key == key).map(|e| e.value));
+                let (Some(expr), Some(given)) = (expr, given) else {
+                    let what = format!("the datum {name} has no expr or no space");
+                    return Err(self.refuse(
+                        value.span().start,
+                        what,
+                        "give both: {expr = \"…\", space = \"P2\"}",
+                    ));
+                };
+                let text = self.text_of(given)?;
+                let found =
+                    space(&text, dim).filter(|s| s.size.is_none() && s.element.is_continuous());
+                interpolated = Some(found.ok_or_else(|| {
+                    let remedy = "data are interpolated in P1, P2 or P3, each component for itself";
+                    self.refuse(
+                        given.span().start,
+                        format!("`{text}` is not a space for data"),
+                        remedy,
+                    )
+                })?);
+                value = expr;
+            }
+            let mut shape = Vec::new();
+            let mut parts = Vec::new();
+            self.parts(value, 0, &mut shape, &mut parts)?;
+            let (mut components, mut texts) = (Vec::new(), Vec::new());
+            for part in parts {
+                let (text, term) = self.term(part)?;
+                let names = Names {
+                    dim,
+                    unknowns: &[],
+                    parameters,
+                    data: &[],
+                    groups: &[],
+                    unmarked: 0,
+                };
+                let id = Reader::new(names, scalars).formula(&term);
+                let id = id.map_err(|fault| self.fault(part, &text, fault))?;
+                components.push(id);
+                texts.push(text);
+            }
+            all.push(Datum {
+                name,
+                shape,
+                components,
+                texts,
+                space: interpolated,
+            });
+        }
+        Ok(all)
+    }
+
+    /// The parts of a scalar, a list or a list of lists, with its shape.
+    fn parts(
+        &self,
+        value: &'a Value<'a>,
+        depth: usize,
+        shape: &mut Vec<usize>,
+        parts: &mut Vec<&'a Value<'a>>,
+    ) -> Result<()> {
+        let Some(list) = value.get_ref().as_array() else {
+            if depth != shape.len() {
+                return Err(self.refuse(
+                    value.span().start,
+                    "the rows of this list have different shapes",
+                    "give all one length",
+                ));
+            }
+            parts.push(value);
+            return Ok(());
+        };
+        let is_new = shape.len() == depth;
+        if is_new && parts.is_empty() {
+            shape.push(list.len());
+        }
+        if shape.get(depth) != Some(&list.len()) || !(1..=3).contains(&list.len()) || depth > 1 {
+            let remedy = "give vectors of 1 to 3 components, or matrices of such rows";
+            return Err(self.refuse(
+                value.span().start,
+                "this list is not a vector or matrix",
+                remedy,
+            ));
+        }
+        list.iter()
+            .try_for_each(|part| self.parts(part, depth + 1, shape, parts))
+    }
+}
+
+fn article(word: &str) -> &'static str {
+    if word.starts_with(['a', 'i']) {
+        "an"
+    } else {
+        "a"
+    }
+}
+
+fn ordered<'a>(table: &'a DeTable<'a>) -> Vec<Entry<'a>> {
+    let entries = table.iter().map(|(key, value)| Entry {
+        key: key.get_ref(),
+        place: key.span(),
+        value,
+    });
+    let mut entries: Vec<Entry<'a>> = entries.collect();
+    entries.sort_by_key(|entry| entry.place.start);
+    entries
+}
+
+/// `P2`, `P2^2` or `CR^d`.
+fn space(text: &str, dim: usize) -> Option<Space> {
+    let (element, size) = match text.split_once('^') {
+        None => (text, None),
+        Some((element, "d")) => (element, Some(dim)),
+        Some((element, size)) => (
+            element,
+            Some(size.parse().ok().filter(|n| (1..=9).contains(n))?),
+        ),
+    };
+    let element = match element {
+        "P1" => Element::Continuous(1),
+        "P2" => Element::Continuous(2),
+        "P3" => Element::Continuous(3),
+        "P0" | "DG0" => Element::Broken(0),
+        "DG1" => Element::Broken(1),
+        "DG2" => Element::Broken(2),
+        "CR" => Element::CrouzeixRaviart,
+        _ => return None,
+    };
+    Some(Space { element, size })
+}

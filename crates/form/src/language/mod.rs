@@ -1,0 +1,234 @@
+//! The language of forms: from syntax trees to tensors of scalar expressions, with checked shapes, and to integrals.
+
+mod functions;
+mod integral;
+mod meaning;
+mod sides;
+#[cfg(test)]
+mod tests;
+
+pub use integral::find_group;
+
+use faceoff_fem::scene::expression::syntax::Term;
+
+use crate::problem::{Datum, Group, Integral, Measure, Parameter, Unknown};
+use crate::scalar::{Id, Node, Scalars};
+
+/// Reserved words: not allowed as names of parameters, data and unknowns.
+pub const WORDS: [&str; 36] = [
+    "x",
+    "y",
+    "z",
+    "pi",
+    "n",
+    "h",
+    "dx",
+    "ds",
+    "dS",
+    "test",
+    "grad",
+    "div",
+    "curl",
+    "rot",
+    "dot",
+    "inner",
+    "outer",
+    "cross",
+    "sym",
+    "skew",
+    "dev",
+    "tr",
+    "det",
+    "inv",
+    "cofac",
+    "transpose",
+    "Identity",
+    "jump",
+    "avg",
+    "conditional",
+    "if",
+    "pow",
+    "sign",
+    "pos",
+    "free",
+    "F",
+];
+
+/// A tensor has at most as many entries as one of rank 4 in 3D.
+const MOST_ENTRIES: usize = 81;
+
+/// Formulas of data and conditions have at most as many operations.
+pub const MOST_LENGTH: f64 = 5_000.0;
+
+/// An error in an expression: what is wrong, where, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Fault {
+    /// In characters, from 0.
+    pub at: usize,
+    /// What is wrong there.
+    pub what: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+type Result<T> = std::result::Result<T, Fault>;
+
+fn fault(term: &Term, what: impl Into<String>, remedy: impl Into<String>) -> Fault {
+    Fault {
+        at: term.start,
+        what: what.into(),
+        remedy: remedy.into(),
+    }
+}
+
+/// A scalar (no dimensions), vector or tensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tensor {
+    /// Its dimensions.
+    pub shape: Vec<usize>,
+    /// Row by row.
+    pub entries: Vec<Id>,
+}
+
+/// What a term means.
+enum Meaning {
+    Tensor(Tensor),
+    Measure(Measure),
+    Form(Vec<Integral>),
+}
+
+/// The names that an expression may use.
+pub struct Names<'a> {
+    /// 2 or 3.
+    pub dim: usize,
+    /// Empty where only data are allowed.
+    pub unknowns: &'a [Unknown],
+    /// Known numbers.
+    pub parameters: &'a [Parameter],
+    /// Known functions.
+    pub data: &'a [Datum],
+    /// Those of the mesh.
+    pub groups: &'a [Group],
+    /// The number of facets of the boundary in no group.
+    pub unmarked: usize,
+}
+
+/// Turns syntax trees into expressions, given the names that they may use.
+pub struct Reader<'a> {
+    names: Names<'a>,
+    scalars: &'a mut Scalars,
+}
+
+/// The shape in words.
+fn kind_of(shape: &[usize]) -> String {
+    match shape {
+        [] => "a scalar".into(),
+        [n] => format!("a vector of {n} components"),
+        [n, m] => format!("a {n} × {m} matrix"),
+        _ => format!("a tensor of rank {}", shape.len()),
+    }
+}
+
+impl<'a> Reader<'a> {
+    /// A reader that adds what it reads to `scalars`.
+    pub fn new(names: Names<'a>, scalars: &'a mut Scalars) -> Self {
+        Reader { names, scalars }
+    }
+
+    /// The integrals of a form.
+    ///
+    /// # Errors
+    /// What is not in the language, or does not fit together.
+    pub fn form(&mut self, term: &Term) -> Result<Vec<Integral>> {
+        match self.meaning(term)? {
+            Meaning::Form(integrals) => Ok(integrals),
+            Meaning::Tensor(_) => Err(fault(
+                term,
+                "this is not integrated",
+                "end each term of the form with a measure: *dx, *ds or *dS",
+            )),
+            Meaning::Measure(_) => Err(self.bare_measure(term)),
+        }
+    }
+
+    /// A scalar function of the point, for data and conditions.
+    ///
+    /// # Errors
+    /// As [`Self::form`]; the normal and the diameter of cells; a formula that is too long when its tensors are written out.
+    pub fn formula(&mut self, term: &Term) -> Result<Id> {
+        let id = self.scalar(term)?;
+        let nodes = self.scalars.nodes_of([id]);
+        let is_of_cells = |id: &Id| {
+            let node = self.scalars.node(*id);
+            matches!(node, Node::Normal(..) | Node::Diameter(_))
+        };
+        if nodes.iter().any(is_of_cells) {
+            let what = "n or h in a function of the point";
+            return Err(fault(term, what, "use n and h in F"));
+        }
+        match self.scalars.length(id) <= MOST_LENGTH {
+            true => Ok(id),
+            false => Err(fault(
+                term,
+                "this formula is too long when its tensors are written out",
+                "use fewer functions of tensors",
+            )),
+        }
+    }
+
+    fn scalar(&mut self, term: &Term) -> Result<Id> {
+        let tensor = self.tensor(term)?;
+        self.as_scalar(term, &tensor, "a scalar is needed here")
+    }
+
+    fn bare_measure(&self, term: &Term) -> Fault {
+        fault(
+            term,
+            "a measure that nothing is multiplied with",
+            "write what is integrated before it, as in f*v*dx",
+        )
+    }
+
+    fn as_scalar(&self, term: &Term, tensor: &Tensor, why: &str) -> Result<Id> {
+        match tensor.shape.is_empty() {
+            true => Ok(tensor.entries[0]),
+            false => Err(fault(
+                term,
+                format!("{why}, and this is {}", kind_of(&tensor.shape)),
+                "take a component, dot or inner",
+            )),
+        }
+    }
+
+    fn tensor(&mut self, term: &Term) -> Result<Tensor> {
+        match self.meaning(term)? {
+            Meaning::Tensor(tensor) => Ok(tensor),
+            Meaning::Measure(_) => Err(fault(
+                term,
+                "a measure where a value is needed",
+                "multiply the whole integrand by it, once: f*v*dx",
+            )),
+            Meaning::Form(_) => Err(fault(
+                term,
+                "an integral where a value is needed",
+                "integrals are only added and subtracted",
+            )),
+        }
+    }
+}
+
+fn scalar(id: Id) -> Tensor {
+    Tensor {
+        shape: Vec::new(),
+        entries: vec![id],
+    }
+}
+
+fn transpose(a: &Tensor) -> Tensor {
+    let [rows, columns] = [a.shape[0], a.shape[1]];
+    let entries = (0..columns).flat_map(|j| (0..rows).map(move |i| i * columns + j));
+    Tensor {
+        shape: vec![columns, rows],
+        entries: entries.map(|k| a.entries[k]).collect(),
+    }
+}

@@ -1,0 +1,328 @@
+//! A problem in weak form: the checked content of a form file.
+
+use std::collections::BTreeMap;
+
+use faceoff_fem::quadrature::{self, Rule};
+use faceoff_fem::scene::expression::syntax::Term;
+
+use crate::scalar::{Field, Id, Leaf, Node, Scalars};
+
+/// A problem in weak form: find the unknowns u such that F(u; v) = 0 for all test functions v, with Dirichlet values.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// The stem of the names of its files: letters, digits, `-`, `_` and `.`.
+    pub name: String,
+    /// A description, which may be empty.
+    pub about: String,
+    /// 2 or 3.
+    pub dim: usize,
+    /// In the order of the file.
+    pub unknowns: Vec<Unknown>,
+    /// In the order of the file.
+    pub parameters: Vec<Parameter>,
+    /// In the order of the file.
+    pub data: Vec<Datum>,
+    /// The groups of the mesh.
+    pub groups: Vec<Group>,
+    /// The terms of F, in their order.
+    pub integrals: Vec<Integral>,
+    /// Dirichlet values, by component; where two groups share a dof, the later one counts.
+    pub conditions: Vec<Condition>,
+    /// The degree of polynomials that the quadrature rule on cells integrates exactly.
+    pub degree: usize,
+    /// The degree of the rule on facets.
+    pub facet_degree: usize,
+    /// The text of F, and its syntax tree.
+    pub form: (String, Term),
+    /// The expressions that all [`Id`]s of this problem refer to.
+    pub scalars: Scalars,
+}
+
+/// An unknown function and the test function that goes with it.
+#[derive(Debug, Clone)]
+pub struct Unknown {
+    /// Its name in the form.
+    pub name: String,
+    /// The name of its test function: `v`, or `test.NAME`.
+    pub test: String,
+    /// Its finite element space.
+    pub space: Space,
+}
+
+/// A finite element space on triangles or tetrahedra, of scalars or vectors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Space {
+    /// The element of each component.
+    pub element: Element,
+    /// The number of components of a vector; `None` for a scalar.
+    pub size: Option<usize>,
+}
+
+/// A finite element for scalar functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Element {
+    /// Continuous polynomials of this degree, 1 to 3 (Lagrange).
+    Continuous(u8),
+    /// Polynomials of this degree on each cell, 0 to 2.
+    Broken(u8),
+    /// Linear on each cell, with continuous means on facets (Crouzeix–Raviart).
+    CrouzeixRaviart,
+}
+
+impl Element {
+    /// The polynomial degree.
+    pub fn degree(self) -> usize {
+        match self {
+            Element::Continuous(degree) | Element::Broken(degree) => degree.into(),
+            Element::CrouzeixRaviart => 1,
+        }
+    }
+
+    /// Are its functions continuous?
+    pub fn is_continuous(self) -> bool {
+        matches!(self, Element::Continuous(_))
+    }
+
+    /// Its name in form files, as in `P2`.
+    pub fn name(self) -> String {
+        match self {
+            Element::Continuous(degree) => format!("P{degree}"),
+            Element::Broken(0) => "P0".into(),
+            Element::Broken(degree) => format!("DG{degree}"),
+            Element::CrouzeixRaviart => "CR".into(),
+        }
+    }
+}
+
+impl Space {
+    /// The number of components.
+    pub fn count(self) -> usize {
+        self.size.unwrap_or(1)
+    }
+
+    /// Its name in form files, as in `P2`.
+    pub fn name(self) -> String {
+        match self.size {
+            None => self.element.name(),
+            Some(size) => format!("{}^{size}", self.element.name()),
+        }
+    }
+
+    /// The dimensions of a value: none of a scalar.
+    pub fn shape(self) -> Vec<usize> {
+        self.size.into_iter().collect()
+    }
+}
+
+/// A named number in the form, whose value the file gives.
+#[derive(Debug, Clone)]
+pub struct Parameter {
+    /// Its name in the form.
+    pub name: String,
+    /// Finite.
+    pub value: f64,
+}
+
+/// A given function of the point.
+#[derive(Debug, Clone)]
+pub struct Datum {
+    /// Its name in the form.
+    pub name: String,
+    /// The dimensions of a value: none of a scalar.
+    pub shape: Vec<usize>,
+    /// Expressions in coordinates and parameters, row by row.
+    pub components: Vec<Id>,
+    /// The texts of the components.
+    pub texts: Vec<String>,
+    /// The space in which it is interpolated; `None` if it is evaluated at the quadrature points.
+    pub space: Option<Space>,
+}
+
+/// A group of cells or facets of the mesh.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Group {
+    /// Its name, or its number where it has none.
+    pub name: String,
+    /// Its number.
+    pub tag: i64,
+    /// The dimension of its cells.
+    pub dim: usize,
+    /// Where it is: cells, the boundary, or facets between cells; `None` for anything else.
+    pub on: Option<Domain>,
+}
+
+/// What an integral is taken over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Domain {
+    /// `dx`: cells.
+    Cells,
+    /// `ds`: facets of the boundary.
+    Boundary,
+    /// `dS`: facets between two cells.
+    Interior,
+}
+
+/// A measure: all of a domain, or some groups of it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Measure {
+    /// What an integral is taken over.
+    pub domain: Domain,
+    /// Positions in the problem's groups, ascending; empty for the whole domain.
+    pub groups: Vec<usize>,
+}
+
+/// One term of F: an integral, linear in the test functions.
+#[derive(Debug, Clone)]
+pub struct Integral {
+    /// What an integral is taken over.
+    pub measure: Measure,
+    /// The coefficient of each component of a test function or of its gradient.
+    pub terms: BTreeMap<Leaf, Id>,
+    /// Where it begins in F, in characters from 0.
+    pub at: usize,
+}
+
+/// A Dirichlet condition: the dofs of one component on a group of facets have the values of g.
+#[derive(Debug, Clone)]
+pub struct Condition {
+    /// The position of the unknown.
+    pub unknown: usize,
+    /// The position of its component.
+    pub component: usize,
+    /// The position of the group.
+    pub group: usize,
+    /// g, in coordinates and parameters.
+    pub value: Id,
+}
+
+/// The derivative of an integral: coefficients of pairs of a test function's and an increment's component.
+pub type Bilinear = BTreeMap<(Leaf, Leaf), Id>;
+
+impl Problem {
+    /// The rule on cells, and that on facets. One of a single point is never taken: FFCx 0.5 compiles forms with it wrongly.
+    pub fn rules(&self) -> [Rule; 2] {
+        let rule = |dim, degree: usize| quadrature::exact(dim, degree.max(2));
+        [
+            rule(self.dim, self.degree),
+            rule(self.dim - 1, self.facet_degree),
+        ]
+    }
+
+    /// The groups that a measure names in codes that integrate over all marked facets unless groups are named: where facets between cells
+    /// are marked too, those of the boundary.
+    pub fn named(&self, measure: &Measure) -> Vec<usize> {
+        let is_facets = |k: &usize| self.groups[*k].dim + 1 == self.dim;
+        let is_outside = |k: &usize| self.groups[*k].on == Some(Domain::Boundary);
+        let all = || (0..self.groups.len()).filter(is_facets);
+        match measure.domain {
+            Domain::Boundary if measure.groups.is_empty() && !all().all(|k| is_outside(&k)) => {
+                all().filter(is_outside).collect()
+            }
+            _ => measure.groups.clone(),
+        }
+    }
+
+    /// The integrals by their measure, so that a script has one of each.
+    pub fn residual(&mut self) -> Vec<Integral> {
+        let mut all: Vec<Integral> = Vec::new();
+        for integral in self.integrals.clone() {
+            let Some(same) = all
+                .iter_mut()
+                .find(|other| other.measure == integral.measure)
+            else {
+                all.push(integral);
+                continue;
+            };
+            for (leaf, coefficient) in integral.terms {
+                let sum = match same.terms.get(&leaf) {
+                    Some(before) => self.scalars.add(*before, coefficient),
+                    None => coefficient,
+                };
+                same.terms.insert(leaf, sum);
+            }
+        }
+        for integral in &mut all {
+            integral
+                .terms
+                .retain(|_, coefficient| !self.scalars.is_zero(*coefficient));
+        }
+        all
+    }
+
+    /// The derivative of an integral at the unknowns (Gateaux): Σ ∂c_a/∂b of each coefficient c_a by each component b of the
+    /// unknowns and their gradients.
+    pub fn derivative(&mut self, integral: &Integral) -> Bilinear {
+        let mut all = Bilinear::new();
+        for (test, coefficient) in &integral.terms {
+            let is_unknown = |leaf: &Leaf| matches!(leaf.field, Field::Unknown(_));
+            for (leaf, by) in self.scalars.partials(*coefficient, is_unknown) {
+                let Field::Unknown(k) = leaf.field else {
+                    continue;
+                };
+                let increment = Leaf {
+                    field: Field::Increment(k),
+                    ..leaf
+                };
+                all.insert((*test, increment), by);
+            }
+        }
+        all
+    }
+
+    /// Is an integral linear in the unknowns, with no term that is free of them?
+    pub fn is_bilinear(&mut self, integral: &Integral) -> bool {
+        let is_unknown = |leaf: &Leaf| matches!(leaf.field, Field::Unknown(_));
+        let mut coefficients = integral.terms.values();
+        coefficients.all(|c| self.scalars.linear(*c, &is_unknown).is_ok())
+    }
+
+    /// Does F depend on the unknowns otherwise than affinely?
+    pub fn is_linear(&mut self) -> bool {
+        let integrals = self.integrals.clone();
+        integrals.iter().all(|integral| {
+            let by = self.derivative(integral);
+            let leaves = self.scalars.leaves(by.into_values());
+            leaves
+                .iter()
+                .all(|leaf| !matches!(leaf.field, Field::Unknown(_)))
+        })
+    }
+
+    /// The components of all unknowns, in order: positions of the unknown and of its component.
+    pub fn components(&self) -> Vec<(usize, usize)> {
+        let each = self.unknowns.iter().enumerate();
+        each.flat_map(|(k, unknown)| (0..unknown.space.count()).map(move |c| (k, c)))
+            .collect()
+    }
+
+    /// The position of a component among those of all unknowns.
+    pub fn position(&self, unknown: usize, component: usize) -> usize {
+        let before = self.unknowns[..unknown].iter();
+        before.map(|other| other.space.count()).sum::<usize>() + component
+    }
+
+    /// Is the diameter of cells part of F?
+    pub fn has_diameter(&self) -> bool {
+        self.has(|node| matches!(node, Node::Diameter(_)))
+    }
+
+    /// Has a node of F this property?
+    pub fn has(&self, is: impl Fn(Node) -> bool) -> bool {
+        let roots = self
+            .integrals
+            .iter()
+            .flat_map(|i| i.terms.values().copied());
+        let nodes = self.scalars.nodes_of(roots);
+        nodes.into_iter().any(|id| is(self.scalars.node(id)))
+    }
+
+    /// The element of the nodes of its results, which holds all unknowns exactly.
+    pub fn output(&self) -> Element {
+        let elements = || self.unknowns.iter().map(|u| u.space.element);
+        let degree = elements().map(Element::degree).max().unwrap_or(1).max(1) as u8;
+        match elements().all(Element::is_continuous) {
+            true => Element::Continuous(degree),
+            false => Element::Broken(degree),
+        }
+    }
+}

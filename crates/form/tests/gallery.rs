@@ -1,0 +1,632 @@
+//! The forms in tests/forms, as scripts of all codes, run on one mesh: the fields agree to rounding.
+//!
+//! All codes must be there: tests/run installs them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use faceoff_form::Problem;
+use faceoff_form::codes::{CODES, Code};
+use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
+
+/// Largest difference of two codes, over the largest value.
+const TOLERANCE: f64 = 1e-11;
+
+/// Rounded coordinates of the centre of a cell and of a node in it.
+type Place = [i64; 6];
+
+/// The values of each unknown at the nodes of cells.
+type Values = BTreeMap<String, BTreeMap<Place, Vec<f64>>>;
+
+fn form(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/forms/{name}.toml"));
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// A square whose inner vertices are moved, so that no two cells are alike.
+fn square() -> Mesh {
+    let mut mesh = union_jack(5, [1.0, 1.0]);
+    for point in mesh.points.to_mut() {
+        let [x, y, _] = *point;
+        let bump = 16.0 * x * (1.0 - x) * y * (1.0 - y);
+        point[0] += 0.03 * bump * (7.0 * y).sin();
+        point[1] += 0.03 * bump * (5.0 * x + 1.0).cos();
+    }
+    mesh
+}
+
+fn cube() -> Mesh {
+    let mut mesh = union_cube(2, [1.0; 3]);
+    for point in mesh.points.to_mut() {
+        let [x, y, z] = *point;
+        let bump = 64.0 * x * (1.0 - x) * y * (1.0 - y) * z * (1.0 - z);
+        point[0] += 0.05 * bump;
+        point[2] -= 0.03 * bump;
+    }
+    mesh
+}
+
+/// What a code's script writes.
+fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Values {
+    let mut command: Vec<PathBuf> = code.command.iter().map(PathBuf::from).collect();
+    if code.command == ["python3"] {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        command = vec![root.join("target/python/bin/python3")];
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join(code.file(problem));
+    std::fs::write(&path, script).expect("a script");
+    code.write_mesh(folder.path(), problem, mesh)
+        .expect("a mesh");
+    let ran = Command::new(&command[0])
+        .args(&command[1..])
+        .arg(&path)
+        .current_dir(folder.path())
+        .output()
+        .unwrap_or_else(|e| panic!("{}: {}: {e}", code.name, command[0].display()));
+    assert!(
+        ran.status.success(),
+        "{} on {}: {}\n{}{}",
+        code.name,
+        problem.name,
+        ran.status,
+        String::from_utf8_lossy(&ran.stdout),
+        String::from_utf8_lossy(&ran.stderr)
+    );
+    let written = path.with_extension("vtu");
+    // FreeFEM's is called like the problem, as is its script.
+    values(&written, problem)
+}
+
+fn values(path: &Path, problem: &Problem) -> Values {
+    let mesh = faceoff_mesh::io::read(path).expect("a result");
+    let mut all = Values::new();
+    for unknown in &problem.unknowns {
+        let field = mesh.fields.iter().find(|field| field.name == unknown.name);
+        let field = field.unwrap_or_else(|| panic!("no {} in the result", unknown.name));
+        let numbers = field.values.to_f64();
+        let of = all.entry(unknown.name.clone()).or_default();
+        for (_, _, nodes) in mesh.cells() {
+            let round = |x: f64| (x * 1e7).round() as i64;
+            let places = || nodes.iter().map(|k| mesh.points[*k as usize]);
+            let centre = std::array::from_fn::<f64, 3, _>(|i| {
+                places().map(|p| p[i]).sum::<f64>() / nodes.len() as f64
+            });
+            for (k, place) in nodes.iter().zip(places()) {
+                let key: Place =
+                    std::array::from_fn(|i| round(if i < 3 { centre[i] } else { place[i - 3] }));
+                let at = *k as usize * field.components;
+                of.insert(key, numbers[at..at + field.components].to_vec());
+            }
+        }
+    }
+    all
+}
+
+/// The largest difference of two results over the largest value of each field.
+fn difference(a: &Values, b: &Values) -> f64 {
+    let mut most = 0.0_f64;
+    for (name, left) in a {
+        let right = &b[name];
+        assert_eq!(left.len(), right.len(), "nodes of {name}");
+        let all = left.values().flatten();
+        let size = all.fold(0.0_f64, |size, v| size.max(v.abs()));
+        assert!(size > 0.0 && size.is_finite(), "{name} is {size}");
+        for (place, p) in left {
+            let q = right.get(place);
+            let q = q.unwrap_or_else(|| panic!("no node of {name} at {place:?}"));
+            for (p, q) in p.iter().zip(q) {
+                assert!(p.is_finite() && q.is_finite());
+                most = most.max((p - q).abs() / size);
+            }
+        }
+    }
+    most
+}
+
+/// Runs all codes that have what a form needs, and returns those that lack something, with what.
+fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
+    let problem =
+        Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
+    let mut lacking = Vec::new();
+    let mut results: Vec<(&str, Values)> = Vec::new();
+    for code in &CODES {
+        match code.script(&problem) {
+            Err(why) => lacking.push((code.name, why)),
+            Ok(script) => {
+                results.push((code.name, run(code, &problem, mesh, &script)));
+            }
+        }
+    }
+    let (first, reference) = &results[0];
+    let mut line = format!("{:<18} {first}", problem.name);
+    let mut failed = false;
+    for (code, found) in &results[1..] {
+        let apart = difference(reference, found);
+        line += &format!(" – {code} {apart:.1e}");
+        failed |= apart > TOLERANCE;
+    }
+    for (code, why) in &lacking {
+        line += &format!("; {code}: {why}");
+    }
+    println!("{line}");
+    assert!(!failed, "{line}");
+    lacking
+}
+
+/// Forms of the folder, each with the codes that lack its spaces.
+macro_rules! forms_agree {
+    ($($test:ident: $name:literal lacking $codes:expr;)*) => {
+        $(#[test]
+        fn $test() {
+            let codes: &[&str] = &$codes;
+            assert_eq!(lacking(&form($name), &square()), codes);
+        })*
+    };
+}
+
+forms_agree! {
+    poisson: "poisson" lacking [];
+    transport: "transport" lacking [];
+    supg: "supg" lacking [];
+    elasticity: "elasticity" lacking [];
+    stokes: "stokes" lacking [];
+    stokes_by_crouzeix_raviart: "stokes-cr" lacking ["nutils"];
+    interior_penalty: "interior-penalty" lacking [];
+    nitsche: "nitsche" lacking [];
+    minimal_surface: "minimal-surface" lacking [];
+    p_laplace: "p-laplace" lacking [];
+    neo_hooke: "neo-hooke" lacking [];
+    signorini: "signorini" lacking ["nutils"];
+}
+
+/// The codes that lack what a form needs.
+fn lacking(text: &str, mesh: &Mesh) -> Vec<&'static str> {
+    agree_on(text, mesh)
+        .into_iter()
+        .map(|(name, _)| name)
+        .collect()
+}
+
+const NONE: [&str; 0] = [];
+
+/// The square with two groups of cells, `inner` and `outer`, and the facets between them, `interface`.
+fn two_regions() -> Mesh {
+    let mut mesh = square();
+    let is_inner = |nodes: &[u32]| {
+        let centre = |axis: usize| {
+            nodes
+                .iter()
+                .map(|k| mesh.points[*k as usize][axis])
+                .sum::<f64>()
+                / 3.0
+        };
+        centre(0) > 0.4 && centre(1) < 0.6
+    };
+    let triangles = || {
+        mesh.cells()
+            .filter(|(_, kind, _)| *kind == CellKind::Triangle)
+    };
+    let mut groups = [Group::new(2, 7), Group::new(2, 8)];
+    let mut edges: BTreeMap<[u32; 2], Vec<bool>> = BTreeMap::new();
+    for (cell, _, nodes) in triangles() {
+        groups[usize::from(!is_inner(nodes))].cells.push(cell);
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            let edge = [nodes[a].min(nodes[b]), nodes[a].max(nodes[b])];
+            edges.entry(edge).or_default().push(is_inner(nodes));
+        }
+    }
+    let between = edges
+        .into_iter()
+        .filter(|(_, sides)| sides.len() == 2 && sides[0] != sides[1]);
+    let nodes: Vec<u32> = between.flat_map(|(edge, _)| edge).collect();
+    let mut interface = Group::new(1, 12);
+    let first = mesh.cell_count() as u32;
+    interface.cells = (first..first + nodes.len() as u32 / 2).collect();
+    mesh.blocks.push(CellBlock::new(CellKind::Line, nodes));
+    for (mut group, name) in
+        groups
+            .into_iter()
+            .chain([interface])
+            .zip(["inner", "outer", "interface"])
+    {
+        group.name = Some(name.into());
+        mesh.groups.push(group);
+    }
+    mesh.groups.sort_by_key(|group| (group.dim, group.tag));
+    mesh
+}
+
+#[test]
+fn groups_of_cells_and_facets() {
+    let text = r#"
+name = "regions"
+[spaces]
+u = "P2"
+[form]
+F = """
+inner(grad(u), grad(v))*dx + 10*inner(grad(u), grad(v))*dx(inner) + u*v*dx([7, outer]) - x*v*dx('outer')
+- y*v*ds(left, right) - v*ds([top]) - 3*avg(v)*dS(interface) + u*v*ds
+"""
+"#;
+    assert_eq!(lacking(text, &two_regions()), NONE);
+    // Jumps across some facets only.
+    let text = r#"
+name = "membrane"
+[spaces]
+u = "DG1"
+[form]
+F = """
+inner(grad(u), grad(v))*dx + u*v*dx - x*v*dx(inner) - exp(y)*v*dx
+- inner(avg(grad(u)), jump(v, n))*dS - inner(jump(u, n), avg(grad(v)))*dS + 12/avg(h)*jump(u)*jump(v)*dS
++ 0.5*inner(jump(u, n), jump(v, n))*dS(interface) - (x*avg(v) + dot(jump(v, n), [1, 2])*h('+')*h('-'))*dS(interface)
+"""
+"#;
+    assert_eq!(lacking(text, &two_regions()), NONE);
+}
+
+/// At a corner two groups hold the same dofs with other values: the later one counts, in every code.
+#[test]
+fn the_later_condition_counts_at_corners() {
+    let text = |space: &str, conditions: &str| {
+        format!(
+            "name = \"corners\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"inner(grad(u), grad(v))*dx\"\n[dirichlet]\n{conditions}\n"
+        )
+    };
+    for conditions in [
+        "left = 1\nbottom = 2\nright = 3\ntop = 4",
+        "top = 4\nright = 3\nbottom = 2\nleft = 1",
+    ] {
+        assert_eq!(lacking(&text("P2", conditions), &square()), NONE);
+    }
+    // Component by component.
+    let conditions = "left = [1, \"free\"]\nbottom = [\"free\", \"y + 2\"]\ntop = [3, \"-x\"]";
+    assert_eq!(lacking(&text("P1^2", conditions), &square()), NONE);
+}
+
+#[test]
+fn conditions_on_facets_between_cells() {
+    let text = r#"
+name = "fixed-interface"
+[spaces]
+u = "P1"
+[form]
+F = "inner(grad(u), grad(v))*dx - v*dx"
+[dirichlet]
+interface = "x + 2*y"
+left = 0
+"#;
+    assert_eq!(lacking(text, &two_regions()), NONE);
+}
+
+#[test]
+fn cofactors_of_a_matrix_that_is_not_symmetric() {
+    let text = r#"
+name = "cofactors"
+[spaces]
+u = "P1"
+[form]
+F = "inner(cofac([[1 + x, 2], [y, 5]]), outer(grad(u), grad(v)))*dx - v*dx"
+[dirichlet]
+left = 0
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+}
+
+/// Words of some code as names; test functions by `test`; coefficients by conditions; interpolated data.
+#[test]
+fn names_that_codes_know_already() {
+    let text = r#"
+name = "names"
+[spaces]
+mean = "P1"
+region = "P2"
+N = "P0"
+[parameters]
+lambda = 2.5
+real = 1.25
+pi_2 = 0.5
+[data]
+area = "conditional(x < 0.5, 1, 2 + y)"
+two = "1 + 1"
+E = { expr = "exp(x)*y", space = "P1" }
+[form]
+F = """
+inner(grad(mean), grad(test.mean))*dx + lambda*mean*test.mean*dx + region*test.mean*dx
++ area*inner(grad(region), grad(test.region))*dx - mean*test.region*dx - E*test.region*dx + pi_2*E*region*test.region*dx + two*grad(two)[0]*test.region*dx
++ real*N*test.N*dx - abs(x - 0.3)*test.N*dx + conditional(x*y >= 0.25, mean, 0.5)*test.N*dx
+"""
+[dirichlet]
+region = { left = "y" }
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+}
+
+#[test]
+fn discontinuous_spaces() {
+    let text = |space: &str| {
+        format!(
+            "name = \"volumes\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"u*v*dx + 1/avg(h)*jump(u)*jump(v)*dS - exp(x*y)*v*dx + h*u^3*v*ds\"\n"
+        )
+    };
+    assert_eq!(lacking(&text("P0"), &square()), NONE);
+    assert_eq!(lacking(&text("DG1"), &square()), NONE);
+    assert_eq!(lacking(&text("DG2"), &square()), ["freefem"]);
+}
+
+#[test]
+fn cubic_elements() {
+    let text = form("poisson").replace("P2", "P3");
+    assert_eq!(lacking(&text, &square()), ["freefem"]);
+}
+
+#[test]
+fn every_function() {
+    let text = r#"
+name = "functions"
+[spaces]
+u = "P1"
+[data]
+f = "sin(x) + cos(y) + tan(x*y) + asin(x/2) + acos(y/2) + atan(x) + atan2(y, x + 1) + sinh(x) + cosh(y) + tanh(x) + log(1 + x) + sqrt(1 + y)"
+[form]
+F = """
+u*v*dx - (f + abs(x - 0.5) + min(x, y) + max(x, 0.3) + sign(x - y) + pos(0.4 - x) + pow(1 + x, y) + x^-2*0 + (1 + x)^-2 + pi)*v*dx
++ (sinh(0.1*u) + tanh(u) + atan(u) + 0.1*sqrt(1 + u^2) + u^3/(1 + u^2))*v*dx
+"""
+"#;
+    assert_eq!(lacking(&text.replace("x^-2*0 + ", ""), &square()), NONE);
+}
+
+#[test]
+fn tetrahedra() {
+    let text = r#"
+name = "cube"
+[spaces]
+u = "P2"
+[form]
+F = "(1 + z)*inner(grad(u), grad(v))*dx - exp(x)*z*v*dx - x*y*v*ds(top) + h*u*v*ds(front) + n[2]*v*ds"
+[dirichlet]
+left = "y + z"
+"#;
+    assert_eq!(lacking(text, &cube()), ["getfem"]);
+    let text = r#"
+name = "solid"
+[spaces]
+u = "P1^3"
+[parameters]
+mu = 1.5
+lam = 2.0
+[form]
+F = "2*mu*inner(sym(grad(u)), sym(grad(v)))*dx + lam*div(u)*div(v)*dx - dot([0, x, -1], v)*dx + dot(cross(n, [1, 2, 3]), v)*ds(right) + dot(curl(u), v)*dx"
+degree = 2
+facet_degree = 2
+[dirichlet]
+left = [0, 0, "0.1*y"]
+bottom = ["free", 0, "free"]
+"#;
+    assert_eq!(lacking(text, &cube()), NONE);
+    let text = r#"
+name = "faces"
+[spaces]
+u = "CR"
+[form]
+F = "inner(grad(u), grad(v))*dx - x*v*dx + jump(u)*jump(v)*dS"
+[dirichlet]
+left = 0
+"#;
+    assert_eq!(
+        lacking(text, &cube()),
+        ["freefem", "ngsolve", "getfem", "nutils"]
+    );
+}
+
+/// Jumps inside of functions: the derivatives of codes on facets between cells are put to the test.
+#[test]
+fn nonlinear_jumps() {
+    let text = r#"
+name = "jumps"
+[spaces]
+u = "DG1"
+w = "DG1^2"
+[form]
+F = """
+u*v*dx - exp(x)*v*dx + dot(w, test.w)*dx - dot([x, y*y], test.w)*dx + 0.1*u*inner(grad(w), grad(test.w))*dx
++ sqrt(1 + jump(u)^2)*jump(u)*jump(v)*dS + avg(u^2)*avg(v)*dS
++ 0.1*dot(jump(w), jump(grad(u)))*avg(v)*dS + jump(w, n)*jump(test.w, n)*(1 + avg(u))*dS - avg(x*u)*jump(test.w, n)*dS
++ max(u - 1, 0)*v*ds
+"""
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+}
+
+/// With data that no rule integrates exactly, only the same points give the same values.
+#[test]
+fn every_rule() {
+    let text = |degree: usize, facet_degree: usize| {
+        format!(
+            "name = \"rules\"\n[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))*dx + u*v*dx - exp(3*x)*sin(9*y)*v*dx - cos(9*x + 7*y)*v*ds\"\n\
+             degree = {degree}\nfacet_degree = {facet_degree}\n"
+        )
+    };
+    for [degree, facet_degree] in [[2, 3], [5, 5], [1, 9]] {
+        assert_eq!(lacking(&text(degree, facet_degree), &square()), NONE);
+    }
+    assert_eq!(lacking(&text(2, 2), &cube()), NONE);
+    assert_eq!(lacking(&text(2, 5), &cube()), NONE);
+    assert_eq!(lacking(&text(5, 5), &cube()), ["getfem"]);
+}
+
+/// The same values on every day and machine; `FACEOFF_SEED` asks for others.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, most: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as usize % most
+    }
+
+    fn is(&mut self, percent: usize) -> bool {
+        self.below(100) < percent
+    }
+
+    fn of<'a>(&mut self, all: &[&'a str]) -> &'a str {
+        all[self.below(all.len())]
+    }
+}
+
+/// A function of the point.
+fn datum(random: &mut Random, depth: usize) -> String {
+    if depth == 0 {
+        return random.of(&["x", "y", "0.5", "x*y", "2", "pi"]).to_owned();
+    }
+    let [a, b] = [0; 2].map(|_| datum(random, depth - 1));
+    match random.below(14) {
+        0 => format!("sin(3*({a}))"),
+        1 => format!("exp(-({a})^2)"),
+        2 => format!("({a})/(1 + ({b})^2)"),
+        3 => format!("abs({a} - {b})"),
+        4 => format!("max({a}, {b})"),
+        5 => format!("conditional({a} < {b}, {a}, 1 - ({b}))"),
+        6 => format!("sqrt(1 + ({a})^2)"),
+        7 => format!("atan2({a}, 1 + ({b})^2)"),
+        8 => format!("-({a})^3"),
+        9 => format!("min({a}, tanh({b}))"),
+        10 | 11 => format!("({a})*({b})"),
+        _ => format!("{a} + {b}"),
+    }
+}
+
+const SCALAR: &[&str] = &[
+    "0.3*dot(b, grad(u))*v*dx",
+    "0.2*u^3*v*dx",
+    "0.2*sin(u)*v*dx",
+    "g*v*ds(right)",
+    "0.5*u*v*ds(left, top)",
+    "0.05*dot(grad(u), n)*v*ds(bottom)",
+    "0.1*u*inner(grad(u), grad(v))*dx",
+    "0.1*h*dot(b, grad(u))*dot(b, grad(v))*dx",
+    "0.1*max(u, f)*v*dx",
+    "0.1*sqrt(1 + inner(grad(u), grad(u)))*v*dx",
+    "0.1*avg(f*u)*avg(v)*dS",
+    "0.1*exp(-u^2)*dot(b, grad(v))*dx",
+    "0.1*g*u*v*ds",
+    "0.1*conditional(x < 0.4, u, f)*v*dx",
+    "0.1*u/(1 + u^2)*v*dx",
+    "0.1*inner(cofac(outer(b, b) + Identity(2)), outer(grad(u), grad(v)))*dx",
+    "0.1*inner(avg(grad(u)), avg(grad(v)))*avg(h)^2*dS",
+    "0.1*atan2(u, 2 + f)*v*dx",
+    "0.1*jump(grad(u), n)*jump(grad(v), n)*avg(h)*dS",
+    "0.1*tr(outer(b, grad(u)))*v*dx",
+    "0.1*dot(K, grad(u))[0]*grad(v)[1]*dx",
+    "0.1*f*u*v*dx",
+    "0.1*dot(dot(grad(u), K), grad(v))*dx",
+];
+
+const VECTOR: &[&str] = &[
+    "div(u)*div(v)*dx",
+    "0.2*dot(dot(grad(u), u), v)*dx",
+    "0.1*inner(cofac(Identity(2) + grad(u)), grad(v))*dx",
+    "0.1*det(Identity(2) + grad(u))*div(v)*dx",
+    "0.1*inner(dev(grad(u)), grad(v))*dx",
+    "0.1*curl(u)*curl(v)*dx",
+    "0.1*inner(skew(grad(u)), grad(v))*dx",
+    "dot(n, v)*ds",
+    "0.2*inner(outer(b, u), grad(v))*dx",
+    "0.1*tr(grad(u))*u[0]*v[1]*dx",
+    "0.1*inner(inv(Identity(2) + 0.1*grad(u)).T, grad(v))*dx",
+    "g*dot(b, v)*ds(top)",
+    "0.1*dot(avg(u), avg(v))*dS",
+    "0.1*dot(dot(K, u), v)*dx",
+    "0.1*inner(grad(u).T, grad(v))*dx",
+    "0.1*sqrt(1 + dot(u, u))*dot(b, v)*dx",
+    "0.1*dot(u, n)*dot(v, n)*ds(left)",
+    "0.1*max(dot(u, n), g)*dot(v, n)*ds(right)",
+    "0.1*jump(u, n)*jump(v, n)*dS",
+    "0.1*dot(grad(f), u)*v[0]*dx",
+];
+
+/// A form that has one solution near 0, with some terms at random.
+fn random_form(random: &mut Random) -> String {
+    let element = random.of(&["P1", "P1", "P2", "P2", "CR", "DG1", "P3", "DG2"]);
+    let is_vector = random.is(40);
+    let is_broken = element.starts_with("DG");
+    let space = format!("{element}{}", if is_vector { "^2" } else { "" });
+    let (mut terms, all, load) = match is_vector {
+        true => (
+            vec!["inner((1 + a^2)*sym(grad(u)), sym(grad(v)))*dx + dot(u, v)*dx".to_owned()],
+            VECTOR,
+            "dot(b, v)*f*dx",
+        ),
+        false => (
+            vec!["(1 + a^2)*inner(grad(u), grad(v))*dx + u*v*dx".to_owned()],
+            SCALAR,
+            "f*v*dx",
+        ),
+    };
+    if is_broken {
+        terms.push(match is_vector {
+            true => "9/avg(h)*dot(jump(u), jump(v))*dS".to_owned(),
+            false => "9/avg(h)*jump(u)*jump(v)*dS - inner(avg(grad(u)), jump(v, n))*dS - inner(jump(u, n), avg(grad(v)))*dS".to_owned(),
+        });
+    }
+    for _ in 0..random.below(5) {
+        terms.push(random.of(all).to_owned());
+    }
+    let mut s = format!("name = \"random\"\n[spaces]\nu = \"{space}\"\n[data]\n");
+    for name in ["a", "g"] {
+        s += &format!("{name} = \"{}\"\n", datum(random, 2));
+    }
+    let f = datum(random, 3);
+    s += &match random.is(30) {
+        true => format!(
+            "f = {{ expr = \"{f}\", space = \"{}\" }}\n",
+            random.of(&["P1", "P2"])
+        ),
+        false => format!("f = \"{f}\"\n"),
+    };
+    let [p, q] = [0; 2].map(|_| datum(random, 1));
+    s += &format!("b = [\"{p}\", \"{q}\"]\nK = [[\"1\", \"{p}\"], [\"{q}\", \"2\"]]\n");
+    let sum = terms.join("\n + ");
+    s += &format!("[form]\nF = \"\"\"\n{sum}\n - {load}\n\"\"\"\n");
+    s += &format!(
+        "degree = {}\nfacet_degree = {}\n",
+        2 + random.below(4),
+        3 + 2 * random.below(3)
+    );
+    if !is_broken && random.is(60) {
+        s += "[dirichlet]\n";
+        for group in ["left", "top", "bottom"] {
+            if random.is(50) {
+                let [p, q] = [0; 2].map(|_| datum(random, 1));
+                s += &match (is_vector, random.is(50)) {
+                    (false, _) => format!("{group} = \"{p}\"\n"),
+                    (true, true) => format!("{group} = [\"{p}\", \"free\"]\n"),
+                    (true, false) => format!("{group} = [\"0.1*({p})\", \"0.1*({q})\"]\n"),
+                };
+            }
+        }
+    }
+    s
+}
+
+/// Random forms; `FACEOFF_SCENES` asks for more of them.
+#[test]
+fn random_forms() {
+    let number = |name: &str, usual: u64| {
+        std::env::var(name).map_or(usual, |text| text.parse().expect("an integer"))
+    };
+    let mut random = Random(number("FACEOFF_SEED", 2017));
+    let faults: Vec<String> = (0..6 * number("FACEOFF_SCENES", 1))
+        .filter_map(|_| {
+            let text = random_form(&mut random);
+            let ran = std::panic::catch_unwind(|| agree_on(&text, &square()));
+            ran.err().map(|_| text)
+        })
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}

@@ -1,0 +1,67 @@
+//! `faceoff write`: a form as a script of one code, to run by hand and to keep.
+
+use std::path::{Path, PathBuf};
+
+use super::DONE;
+use super::args::Write;
+use crate::engine::quoted;
+use crate::report::console::{output, tell};
+use crate::run::FormFile;
+use faceoff_form::codes::Code;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::file::{self, Temporary};
+use faceoff_mesh::io::save;
+
+pub(super) fn run(arguments: &Write) -> Result<u8> {
+    let code = Code::of_name(&arguments.code).ok_or_else(|| {
+        let what = format!("no scripts are written for a code `{}`", arguments.code);
+        Error::usage(what, "`faceoff write --help` lists the codes")
+    })?;
+    let form = FormFile::read(&arguments.form, arguments.n.map(|n| n as usize))?;
+    let script = code
+        .script(&form.problem)
+        .map_err(|what| Error::engine(code.name, what, "take another space or code"))?;
+    let Some(out) = &arguments.out else {
+        output(format_args!("{script}"));
+        return Ok(DONE);
+    };
+    let path = match out.is_dir() {
+        true => out.join(code.file(&form.problem)),
+        false => out.clone(),
+    };
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let (mesh, bytes) = mesh(code, &form, folder)?;
+    save(&mesh, [bytes.as_slice()])?;
+    save(&path, [script.as_bytes()])?;
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut words: Vec<&str> = code.command.to_vec();
+    words.push(&name);
+    let typed = quoted(&words);
+    match folder == Path::new(".") {
+        true => tell!("{typed}"),
+        false => tell!("cd {} && {typed}", quoted(&[folder.display().to_string()])),
+    }
+    Ok(DONE)
+}
+
+/// The mesh that the script reads, and where it is to be: never instead of another file.
+fn mesh(code: &Code, form: &FormFile, folder: &Path) -> Result<(PathBuf, Vec<u8>)> {
+    let beside = Temporary::new()?;
+    let written = code.write_mesh(beside.path(), &form.problem, &form.mesh)?;
+    let bytes = file::read(&written)?;
+    let path = folder.join(written.file_name().unwrap_or_default());
+    if path.exists() && file::read(&path)? != bytes {
+        let what = format!(
+            "{} is another mesh than the script is to read",
+            path.display()
+        );
+        return Err(Error::usage(
+            what,
+            "move it, or write the script into another folder",
+        ));
+    }
+    Ok((path, bytes))
+}

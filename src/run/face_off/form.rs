@@ -1,0 +1,227 @@
+//! The file of a weak form: a face-off whose codes get their scripts from the form.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::Source;
+use super::code::{Code, Missing};
+use super::tables::Reader;
+use crate::engine::{self, Form, Script};
+use faceoff_form::Problem;
+use faceoff_form::codes::{CODES, Code as Spelled};
+use faceoff_mesh::error::{Error, Result, meant};
+use faceoff_mesh::file;
+use faceoff_mesh::mesh::Mesh;
+
+/// A form with the mesh that its scripts read, at one refinement.
+pub struct FormFile {
+    /// Checked on the mesh.
+    pub problem: Problem,
+    /// At the refinement.
+    pub mesh: Mesh,
+    /// The file of the mesh, where it is not generated.
+    pub mesh_file: Option<PathBuf>,
+}
+
+impl FormFile {
+    /// Reads the file of a form, at a refinement or the first that it names.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or of something else; a form or a mesh that is not as it must be, with the place.
+    pub fn read(path: &Path, n: Option<usize>) -> Result<Self> {
+        let text = file::text(path)?;
+        let reader = Reader::of(path)?;
+        let file = reader.parse(&text)?;
+        if file.form.is_none() {
+            let what = "there is no form".to_owned();
+            return Err(reader.refuse("the file", what, "add [form] with F = \"…\""));
+        }
+        let (source, levels) = match file.mesh {
+            Some(table) => reader.mesh(table)?,
+            None => (None, Vec::new()),
+        };
+        let n = n.or(levels.first().copied());
+        let (problem, mesh) = reader.form(&text, source.as_ref(), n)?;
+        let mesh_file = match source {
+            Some(Source::File(path)) => Some(path),
+            _ => None,
+        };
+        Ok(FormFile {
+            problem,
+            mesh,
+            mesh_file,
+        })
+    }
+}
+
+impl Reader {
+    /// Of a file by its path: relative paths in it start beside it.
+    pub(super) fn of(path: &Path) -> Result<Self> {
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let home = std::path::absolute(folder).map_err(Error::io(folder, "find"))?;
+        Ok(Reader {
+            origin: path.display().to_string(),
+            home,
+        })
+    }
+
+    /// The form on its mesh, whose groups it names.
+    pub(super) fn form(
+        &self,
+        text: &str,
+        source: Option<&Source>,
+        n: Option<usize>,
+    ) -> Result<(Problem, Mesh)> {
+        let source = source.ok_or_else(|| {
+            let what = "a form has no mesh".to_owned();
+            self.refuse("mesh", what, "add [mesh] with a file or a generator")
+        })?;
+        let mesh = source.mesh(&self.origin, n)?;
+        Ok((Problem::parse(self.origin.as_ref(), text, &mesh)?, mesh))
+    }
+
+    /// The codes that a form uses, all where it names none; `use` is taken out of the table.
+    pub(super) fn written(&self, form: &Problem, codes: &mut toml::Table) -> Result<Vec<Code>> {
+        let names: Vec<String> = match codes.remove("use") {
+            Some(list) => self.table("codes.use", list)?,
+            None => CODES.iter().map(|code| code.name.to_owned()).collect(),
+        };
+        let mut all = Vec::new();
+        for name in names {
+            let code = Spelled::of_name(&name).ok_or_else(|| {
+                let remedy = format!(
+                    "{}known are {}",
+                    meant(&name, spelled()),
+                    spelled().collect::<Vec<_>>().join(", ")
+                );
+                let what = format!("no scripts are written for a code `{name}`");
+                self.refuse("codes.use", what, &remedy)
+            })?;
+            if all.iter().any(|known: &Code| known.name() == name) {
+                let what = format!("{name} is there twice");
+                return Err(self.refuse("codes.use", what, "name it once"));
+            }
+            all.push(written(form, code));
+        }
+        Ok(all)
+    }
+
+    /// What is compared: the unknowns where the file names no field, and nothing that scripts do not write.
+    pub(super) fn asked_of(
+        &self,
+        form: &Problem,
+        fields: &mut toml::Table,
+        numbers: &toml::Table,
+    ) -> Result<()> {
+        let unknowns = || form.unknowns.iter().map(|unknown| unknown.name.as_str());
+        if let Some((name, _)) = numbers.iter().next() {
+            let what = "scripts of forms write fields only".to_owned();
+            return Err(self.refuse(&format!("numbers.{name}"), what, "leave it out"));
+        }
+        if let Some((name, _)) = fields
+            .iter()
+            .find(|(name, _)| !unknowns().any(|u| u == *name))
+        {
+            let what = format!("{name} is not an unknown of the form");
+            let remedy = format!(
+                "{}the unknowns are {}",
+                meant(name, unknowns()),
+                unknowns().collect::<Vec<_>>().join(", ")
+            );
+            return Err(self.refuse(&format!("fields.{name}"), what, &remedy));
+        }
+        if fields.is_empty() {
+            let all = unknowns().map(|name| (name.to_owned(), toml::Table::new().into()));
+            fields.extend(all);
+        }
+        Ok(())
+    }
+}
+
+/// The names of the codes that scripts are written for.
+fn spelled() -> impl Iterator<Item = &'static str> {
+    CODES.iter().map(|code| code.name)
+}
+
+/// The code with its script, or why it has none.
+fn written(form: &Problem, code: &'static Spelled) -> Code {
+    let mut script = Script {
+        name: code.name.to_owned(),
+        command: Vec::new(),
+        source: None,
+        home: ".".into(),
+        mesh: Form::of_name(code.mesh.0),
+        results: vec![format!("{}.vtu", form.name)],
+        numbers: None,
+    };
+    let found = engine::Source::new(form, code).and_then(|source| {
+        script.command = source.command()?;
+        script.source = Some(source);
+        Ok(())
+    });
+    match found {
+        Ok(()) => Code::Script(script),
+        Err(why) => Code::Missing(Missing::new(script, why)),
+    }
+}
+
+/// A formula with the formulas of data instead of their names, and parameters as `{NAME}`.
+pub(super) fn in_full(text: &str, form: &Problem) -> String {
+    let data: BTreeMap<&str, &str> = form
+        .data
+        .iter()
+        .filter(|datum| datum.shape.is_empty())
+        .map(|datum| (datum.name.as_str(), datum.texts[0].as_str()))
+        .collect();
+    let has = |name: &str| {
+        form.parameters
+            .iter()
+            .any(|parameter| parameter.name == name)
+    };
+    words(text, |word| match data.get(word) {
+        Some(datum) => Some(format!(
+            "({})",
+            words(datum, |word| has(word).then(|| format!("{{{word}}}")))
+        )),
+        None => has(word).then(|| format!("{{{word}}}")),
+    })
+}
+
+/// With something else for some of its names; what is in braces stays.
+fn words(text: &str, other: impl Fn(&str) -> Option<String>) -> String {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    let mut out = String::new();
+    let mut is_braced = false;
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let end = match is_word(first) {
+            true => rest.find(|c| !is_word(c)).unwrap_or(rest.len()),
+            false => first.len_utf8(),
+        };
+        let (word, after) = rest.split_at(end);
+        is_braced = (is_braced || word == "{") && word != "}";
+        match other(word).filter(|_| !is_braced) {
+            Some(text) => out += &text,
+            None => out += word,
+        }
+        rest = after;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_replaced_as_whole_words() {
+        let other = |word: &str| (word == "k").then(|| "{k}".to_owned());
+        assert_eq!(
+            words("k*tank(k) + 2.5*k_0 - {k}*k", other),
+            "{k}*tank({k}) + 2.5*k_0 - {k}*{k}"
+        );
+    }
+}
