@@ -42,6 +42,9 @@ fn words(script: &str, is_python: bool) -> BTreeSet<String> {
         } else if rest.starts_with("\"\"\"") {
             skip = rest[3..].find("\"\"\"").map_or(rest.len(), |end| end + 6);
         } else if c == '"' || (c == '\'' && is_python) {
+            if plain.ends_with(" f") || plain.ends_with("{f") {
+                plain.pop();
+            }
             skip = rest[1..].find(c).map_or(rest.len(), |end| end + 2);
         } else {
             plain.push(c);
@@ -69,7 +72,8 @@ fn words(script: &str, is_python: bool) -> BTreeSet<String> {
         }) {
             let after = &line[at + word.len()..];
             let is_argument = is_python && after.starts_with('=') && !after.starts_with("==");
-            let is_name = word.starts_with(|c: char| c.is_alphabetic() || c == '_');
+            // Names of a problem begin with a letter.
+            let is_name = word.starts_with(char::is_alphabetic);
             if is_name && before != '.' && !is_argument && (is_outside || BUILTINS.contains(&word))
             {
                 found.insert(word.to_owned());
