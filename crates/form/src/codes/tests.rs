@@ -39,8 +39,8 @@ fn words(script: &str, is_python: bool) -> BTreeSet<String> {
         let mut skip = c.len_utf8();
         if rest.starts_with(comment) {
             skip = rest.find('\n').unwrap_or(rest.len());
-        } else if rest.starts_with("\"\"\"") {
-            skip = rest[3..].find("\"\"\"").map_or(rest.len(), |end| end + 6);
+        } else if let Some(text) = rest.strip_prefix("\"\"\"") {
+            skip = text.find("\"\"\"").map_or(rest.len(), |end| end + 6);
         } else if c == '"' || (c == '\'' && is_python) {
             if plain.ends_with(" f") || plain.ends_with("{f") {
                 plain.pop();
