@@ -37,6 +37,7 @@
 
 pub mod codes;
 pub mod file;
+mod kernel;
 pub mod language;
 pub mod problem;
 pub mod scalar;

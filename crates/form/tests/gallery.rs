@@ -593,11 +593,11 @@ fn random_form(random: &mut Random) -> String {
     s += &format!("b = [\"{p}\", \"{q}\"]\nK = [[\"1\", \"{p}\"], [\"{q}\", \"2\"]]\n");
     let sum = terms.join("\n + ");
     s += &format!("[form]\nF = \"\"\"\n{sum}\n - {load}\n\"\"\"\n");
-    s += &format!(
-        "degree = {}\nfacet_degree = {}\n",
-        2 + random.below(4),
-        3 + 2 * random.below(3)
-    );
+    // Fewer points than these do not determine cubic functions.
+    let least = if element == "P3" { 4 } else { 2 };
+    let degree = least + random.below(6 - least);
+    let facet_degree = 3 + 2 * random.below(3);
+    s += &format!("degree = {degree}\nfacet_degree = {facet_degree}\n");
     if !is_broken && random.is(60) {
         s += "[dirichlet]\n";
         for group in ["left", "top", "bottom"] {

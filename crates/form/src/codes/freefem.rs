@@ -19,11 +19,11 @@ pub const CODE: Code = Code {
 };
 
 /// Words of FreeFEM, and those of the frame.
-const RESERVED: &str = "x y z N P label region nuTriangle nuEdge hTriangle lenEdge area volume pi i Th Vh Out F J Th0 X Y Z A r d it e k \
+pub const RESERVED: &str = "x y z N P label region nuTriangle nuEdge hTriangle lenEdge area volume pi i Th Vh Out F J Th0 X Y Z A r d it e k \
     mesh mesh3 real int func macro varf string result order file values fixed held dx dy dz dxx dyy jump mean average on int1d int2d int3d \
     P0 P1 P2 P3 P1nc P1dc P2dc P1b sin C D from to own drawnBack cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
     trunc matrix complex bool if else for while break continue return try catch true false verbosity ARGV CG LU UMFPACK sparsesolver \
-    clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK name reads writes";
+    clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK name reads writes done j there value where out Hh DP qf1pE qf2pE qf3pE qf5pE qf2pT qf5pT qfV2 qfV5 readmesh readmesh3";
 
 fn element(element: Element, dim: usize) -> Result<&'static str, String> {
     Ok(match (element, dim) {
@@ -93,7 +93,7 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
 
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
-    let mut words = Words::new(problem, RESERVED, 1, '0');
+    let mut words = Words::new(problem, RESERVED, 1, 'X');
     let residual = problem.residual();
     // Names for what selects the facets of groups.
     let interior = residual.iter().map(|i| &i.measure);
@@ -212,7 +212,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let found = shared(
         &problem.scalars,
         &roots,
-        &mut Words::new(problem, RESERVED, 1, '0'),
+        &mut Words::new(problem, RESERVED, 1, 'X'),
     );
     let mut known = Shared::new();
     for (id, name) in &found {

@@ -18,8 +18,9 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame makes, and words of the weak form language.
-const RESERVED: &str = "gf model mesh sides side on space spaces value hold held free nodes at order output faces exact facet where fixed cell \
+pub const RESERVED: &str = "gf model mesh sides side on space spaces value hold held free nodes at order output faces exact facet where fixed cell \
     X Normal Id Trace Sym Skew Det Inv Cofactor Norm Heaviside sign pos_part neg_part sqr element_size timestep qdim meshdim sin cos tan asin \
+    name of_it region F getfem corners dofs face longest total \
     acos atan atan2 sinh cosh tanh exp log sqrt erf Interpolate Print Derivative Def t T u_";
 
 fn element(element: Element, dim: usize) -> Result<String, String> {
@@ -270,7 +271,7 @@ def space(element):
 
 # Facet i of a cell lies opposite its vertex i.
 faces = np.sort(np.stack([np.delete(cells, i, axis=1) for i in range(CORNERS)], axis=1), axis=2)
-sides = {tuple(face): divmod(k, CORNERS) for k, face in enumerate(faces.reshape(-1, DIM).tolist())}
+sides = {tuple(face): divmod(i, CORNERS) for i, face in enumerate(faces.reshape(-1, DIM).tolist())}
 on = np.array([sides[tuple(sorted(vertices))] for vertices in facets.tolist()])
 "#;
 

@@ -11,6 +11,8 @@ mod nutils;
 mod python;
 mod scikit_fem;
 mod spelling;
+#[cfg(test)]
+mod tests;
 mod ufl;
 
 use std::path::{Path, PathBuf};

@@ -18,7 +18,7 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "ngsolve netgen mesh here V W a b J u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
+pub const RESERVED: &str = "ngsolve netgen mesh here descriptor grid groups inside label mapped point where known V W a b J u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
     sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse";
 
 fn space(element: Element, dim: usize, held: &str, jumps: bool) -> Result<String, String> {

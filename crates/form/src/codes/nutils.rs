@@ -16,8 +16,8 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "function mesh sample solver types quadrature pointsseq topo geom corners sides marked at hold held spaces bases rule \
-    facet_rule total tests first F system free here found nodes degree basis interpolated unknowns part";
+pub const RESERVED: &str = "function mesh sample solver types quadrature pointsseq topo geom corners sides marked at hold held spaces bases rule \
+    facet_rule total tests first F system free here found nodes degree basis interpolated unknowns part parts cell dofs fields integrand longest nodal nutils tag";
 
 /// nutils' name of a basis, and its degree.
 fn basis(element: Element) -> Result<(&'static str, usize), String> {
@@ -239,7 +239,7 @@ fn parts(problem: &Problem, measure: &Measure) -> (String, &'static str) {
 
 const FRAME: &str = r#"
 corners = np.sort(cells, axis=1)
-sides = {tuple(np.delete(cell, i)): (k, i) for k, cell in enumerate(corners.tolist()) for i in range(CORNERS)}
+sides = {tuple(np.delete(cell, j)): (i, j) for i, cell in enumerate(corners.tolist()) for j in range(CORNERS)}
 marked = np.array([sides[tuple(sorted(vertices))] for vertices in facets.tolist()])
 topo, geom = mesh.simplex(
     corners,

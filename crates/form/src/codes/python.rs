@@ -12,7 +12,8 @@ use super::spelling::{Shared, Spelling, head};
 /// Words of Python and of the frame.
 pub const RESERVED: &str = "False None True and as assert async await break class continue def del elif else except finally for from global \
     if import in is lambda nonlocal not or pass raise return try while with abs float int len list map max min open pow print range repr \
-    set str sum tuple zip np sys Path x y z n h pi reads writes points cells regions facets labels read_msh write_vtu step A r d form";
+    set str sum tuple zip all any bool dict divmod enumerate getattr hasattr iter next slice sorted i j vertices values here own numpy pathlib \
+    __file__ np sys Path x y z n h pi reads writes points cells regions facets labels read_msh write_vtu step A r d form";
 
 /// A function in NumPy.
 pub fn numpy_call(function: Function, arguments: &[String]) -> String {

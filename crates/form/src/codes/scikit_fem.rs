@@ -16,8 +16,8 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
-    BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held asm sides other number";
+pub const RESERVED: &str = "skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
+    BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held hold found given residual derivative scipy asm sides other number";
 
 fn element(unknown: &Unknown, dim: usize) -> Result<String, String> {
     let cell = if dim == 2 { "Tri" } else { "Tet" };

@@ -10,7 +10,9 @@ use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 /// Names of a problem in a script. Where a code or the language of its scripts knows a word already, a mark follows.
 pub struct Words {
     taken: BTreeSet<String>,
-    /// `_`, or `0` where names have no underscores.
+    /// Words of the code; with digits behind them, the frame may use them as well.
+    reserved: BTreeSet<String>,
+    /// `_`, or `X` where names have no underscores.
     mark: char,
     whole: BTreeMap<Field, String>,
     parts: BTreeMap<Field, Vec<String>>,
@@ -23,7 +25,8 @@ impl Words {
     pub fn new(problem: &Problem, reserved: &str, first: usize, mark: char) -> Self {
         let mut words = Words {
             mark,
-            taken: reserved.split_whitespace().map(str::to_owned).collect(),
+            taken: BTreeSet::new(),
+            reserved: reserved.split_whitespace().map(str::to_owned).collect(),
             whole: BTreeMap::new(),
             parts: BTreeMap::new(),
             parameters: Vec::new(),
@@ -73,7 +76,11 @@ impl Words {
         if self.mark != '_' {
             name = name.replace('_', "");
         }
-        while !self.taken.insert(name.clone()) {
+        let is_digit = |c: char| c.is_ascii_digit();
+        while self.reserved.contains(name.trim_end_matches(is_digit))
+            || self.reserved.contains(&name)
+            || !self.taken.insert(name.clone())
+        {
             name.push(self.mark);
         }
         name

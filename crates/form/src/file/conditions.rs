@@ -7,7 +7,7 @@ use super::{Entry, File, Value};
 use crate::language::{MOST_LENGTH, Names, Reader, find_group};
 use crate::problem::{Condition, Element, Problem};
 use crate::scalar::{Field, Node};
-use crate::swap;
+use crate::{kernel, swap};
 
 impl<'a> File<'a> {
     pub(super) fn conditions(&self, entry: &Entry<'a>, problem: &mut Problem) -> Result<()> {
@@ -113,7 +113,12 @@ impl<'a> File<'a> {
     }
 
     /// Does F say something of every unknown, and is each held?
-    pub(super) fn check(&self, problem: &mut Problem, form: &Value<'_>) -> Result<()> {
+    pub(super) fn check(
+        &self,
+        problem: &mut Problem,
+        form: &Value<'_>,
+        unmarked: usize,
+    ) -> Result<()> {
         if let Some(at) = swap::changes(problem) {
             let what = "this integral over dS changes when the two sides of a facet are swapped, and codes order the sides differently";
             let remedy = "use jump and avg, or add the same with ('+') and ('-') exchanged";
@@ -121,6 +126,16 @@ impl<'a> File<'a> {
             return Err(self.refuse(at, what, remedy));
         }
         let at = form.span().start;
+        if let Some((p, v)) = kernel::free_constant(problem, unmarked) {
+            let [p, v] = [p, v].map(|k| problem.unknowns[k].name.as_str());
+            let what = format!(
+                "a constant can be added to {p}: F has it times a divergence only, and {v} is given on the whole boundary"
+            );
+            let remedy = format!(
+                "leave {v} free on a part of the boundary, hold {p} somewhere, or add a small multiple of {p} to its equation"
+            );
+            return Err(self.refuse(at, what, remedy));
+        }
         let all = problem.integrals.iter().flat_map(|i| &i.terms);
         for (k, unknown) in problem.unknowns.iter().enumerate() {
             let name = &unknown.name;

@@ -248,7 +248,7 @@ impl<'a> File<'a> {
         if let Some(entry) = find("dirichlet") {
             self.conditions(entry, &mut problem)?;
         }
-        self.check(&mut problem, entry.value)?;
+        self.check(&mut problem, entry.value, unmarked)?;
         Ok(problem)
     }
 

@@ -377,6 +377,29 @@ fn wrong_files_are_refused_with_their_place() {
     assert_refused(&text, "changes when the two sides", &mesh());
 }
 
+/// A flow in a closed box: the pressure is known up to a constant.
+#[test]
+fn a_free_constant_of_the_pressure_is_refused() {
+    let closed = PAIR.replace(
+        "left = [0, 0]",
+        "left = [0, 0], right = [0, 0], bottom = [0, 0], top = [1, 0]",
+    );
+    let marked = closed.replace("F = ", "F = ¦");
+    assert_refused(&marked, "a constant can be added to p", &mesh());
+    for (from, to) in [
+        ("top = [1, 0]", "top = [1, \"free\"]"),
+        ("- q*div(u)*dx", "- q*div(u)*dx - 0.001*p*q*dx"),
+        ("- p*div(v)*dx", "- (1 + x)*p*div(v)*dx"),
+        ("- p*div(v)*dx", "- p*div(v)*dx + p*v[0]*dx"),
+        ("u = { left", "p = { left = 0 }\nu = { left"),
+    ] {
+        let text = closed.replace(from, to);
+        if let Err(error) = Problem::parse(Path::new("form.toml"), &text, &mesh()) {
+            panic!("{to}: {error}");
+        }
+    }
+}
+
 #[test]
 fn forms_that_are_the_same_from_both_sides_are_accepted() {
     let form = "F = \"k*inner(grad(u), grad(v))*dx - force*v*dx\"\n[dirichlet]\nleft = 0";

@@ -1,0 +1,157 @@
+//! No name of a problem hides a word that a script needs.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+
+use super::{CODES, Code};
+use crate::Problem;
+
+/// With all that a frame may need: several unknowns, data of both kinds, all measures and functions.
+const FORM: &str = r#"
+name = "words"
+[spaces]
+qqu = "P2^d"
+qqp = "P1"
+[parameters]
+qqk = 2.0
+[data]
+qqf = "abs(x - 0.5) + max(x, y) + conditional(x < y, sin(x), 1)"
+qqg = { expr = "exp(x)", space = "P2" }
+qqb = ["1", "x"]
+[form]
+F = """
+inner(grad(qqu), grad(test.qqu))*dx + qqk*qqp*test.qqp*dx + h*qqf*test.qqp*dx - qqg*test.qqp*dx + qqb[1]*qqu[0]*test.qqu[1]*dx
++ sqrt(1 + qqp^2)*test.qqp*ds(left) + n[0]*test.qqp*ds - tanh(qqp)*atan2(qqp, 2)*div(test.qqu)*dx + cofac(Identity(2))[0, 0]*test.qqp*dx
+"""
+degree = 2
+[dirichlet]
+qqu = { left = [0, "x"], right = ["free", 1] }
+"#;
+
+/// Words of a script outside of comments and texts, but for members and names of arguments.
+fn words(script: &str, is_python: bool) -> BTreeSet<String> {
+    let mut plain = String::new();
+    let mut rest = script;
+    while let Some(c) = rest.chars().next() {
+        let comment = if is_python { "#" } else { "//" };
+        let mut skip = c.len_utf8();
+        if rest.starts_with(comment) {
+            skip = rest.find('\n').unwrap_or(rest.len());
+        } else if let Some(text) = rest.strip_prefix("\"\"\"") {
+            skip = text.find("\"\"\"").map_or(rest.len(), |end| end + 6);
+        } else if c == '"' || (c == '\'' && is_python) {
+            if plain.ends_with(" f") || plain.ends_with("{f") {
+                plain.pop();
+            }
+            skip = rest[1..].find(c).map_or(rest.len(), |end| end + 2);
+        } else {
+            plain.push(c);
+        }
+        rest = &rest[skip..];
+    }
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let mut found = BTreeSet::new();
+    let mut depth = 0;
+    for line in plain.lines() {
+        // Names inside of functions hide nothing outside.
+        let is_outside = depth > 0 || !line.starts_with(' ') || !is_python;
+        let mut line = line;
+        if is_python && line.starts_with("def ") {
+            line = line.split('(').next().unwrap_or(line);
+        } else if is_outside {
+            let count = |sign: &str| line.matches(|c| sign.contains(c)).count();
+            depth = (depth + count("([{")).saturating_sub(count(")]}"));
+        }
+        let mut before = ' ';
+        for (at, word) in line.split(|c| !is_word(c)).scan(0, |at, word| {
+            let start = *at;
+            *at += word.len() + 1;
+            Some((start, word))
+        }) {
+            let after = &line[at + word.len()..];
+            let is_argument = is_python && after.starts_with('=') && !after.starts_with("==");
+            // Names of a problem begin with a letter.
+            let is_name = word.starts_with(char::is_alphabetic);
+            if is_name && before != '.' && !is_argument && (is_outside || BUILTINS.contains(&word))
+            {
+                found.insert(word.to_owned());
+            }
+            before = after.chars().next().unwrap_or(' ');
+        }
+    }
+    found
+}
+
+/// Functions of Python that frames call.
+const BUILTINS: [&str; 18] = [
+    "abs",
+    "all",
+    "any",
+    "bool",
+    "dict",
+    "divmod",
+    "enumerate",
+    "float",
+    "getattr",
+    "hasattr",
+    "int",
+    "iter",
+    "len",
+    "map",
+    "max",
+    "next",
+    "range",
+    "slice",
+];
+
+#[test]
+fn words_of_scripts_are_reserved() {
+    let cube = FORM
+        .replace("Identity(2)", "Identity(3)")
+        .replace("[0, \"x\"]", "[0, \"x\", 0]")
+        .replace("[\"free\", 1]", "[\"free\", 1, 0]");
+    for (form, mesh) in [
+        (FORM, union_jack(2, [1.0, 1.0])),
+        (&cube, union_cube(1, [1.0; 3])),
+    ] {
+        let problem =
+            Problem::parse(Path::new("words.toml"), form, &mesh).unwrap_or_else(|e| panic!("{e}"));
+        for code in &CODES {
+            let script = code
+                .script(&problem)
+                .unwrap_or_else(|e| panic!("{}: {e}", code.name));
+            let own = |word: &String| word.contains("qq");
+            let known: BTreeSet<&str> = reserved(code).collect();
+            let stem = |word: &str| {
+                word.trim_end_matches(|c: char| c.is_ascii_digit())
+                    .to_owned()
+            };
+            // Shared expressions are `s1` and so on, unless the problem has such names.
+            let is_known = |word: &String| {
+                known.contains(word.as_str())
+                    || known.contains(stem(word).as_str())
+                    || stem(word) == "s"
+            };
+            let is_free = |word: &String| !own(word) && !is_known(word);
+            let missing: Vec<String> = words(&script, code.suffix.ends_with(".py"))
+                .into_iter()
+                .filter(is_free)
+                .collect();
+            assert!(missing.is_empty(), "{}: {}", code.name, missing.join(" "));
+        }
+    }
+}
+
+fn reserved(code: &Code) -> impl Iterator<Item = &'static str> {
+    let (own, common) = match code.name {
+        "freefem" => (super::freefem::RESERVED, ""),
+        "dolfinx" => (super::dolfinx::RESERVED, super::python::RESERVED),
+        "scikit-fem" => (super::scikit_fem::RESERVED, super::python::RESERVED),
+        "ngsolve" => (super::ngsolve::RESERVED, super::python::RESERVED),
+        "getfem" => (super::getfem::RESERVED, super::python::RESERVED),
+        _ => (super::nutils::RESERVED, super::python::RESERVED),
+    };
+    own.split_whitespace().chain(common.split_whitespace())
+}
