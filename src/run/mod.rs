@@ -18,7 +18,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 pub use evaluated::{Evaluated, certificate, consistent};
-pub use face_off::{Asked, Code, FaceOff, Judged, Level, Record, Same, Store, is_face_off};
+pub use face_off::{Asked, Code, FaceOff, Judged, Label, Level, Record, Same, Store, is_face_off};
 pub use journal::Journal;
 pub use orders::{Fit, Observed, check_meshes, observed_orders};
 pub use variation::{Datum, Setup, Variation, reverse_cells, reverse_points};

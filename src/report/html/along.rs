@@ -9,7 +9,7 @@ use super::markup::{division, escape, figure};
 use super::plane::{NARROWEST, WIDEST, drawing, position, word};
 use super::residual::Put;
 use crate::text::number::{place, size};
-use crate::text::text;
+use crate::text::{Text, text};
 use faceoff_fem::contact::{Problem, face_fields};
 use faceoff_mesh::field::FaceFields;
 
@@ -142,7 +142,7 @@ impl Sheet<'_> {
         (from, ends.fold(f64::NEG_INFINITY, |high, e| high.max(e.1)))
     }
 
-    pub fn title(&mut self, words: &str) {
+    pub fn title(&mut self, words: impl Into<Text>) {
         self.svg += &word("t b", [0.0, self.at], words);
         self.at += 8.0;
     }

@@ -7,6 +7,7 @@ use super::along::{LEFT, Panel, Sheet};
 use super::plane::word;
 use super::residual::Put;
 use crate::text::number::{number, power_of_ten, trimmed};
+use crate::text::text;
 use crate::why::Explanation;
 
 /// γ that is off by less has no picture.
@@ -61,7 +62,7 @@ impl Sheet<'_> {
         if !(low < high) {
             return;
         }
-        self.title("u on Γ_C, and the obstacle");
+        self.title(text!("u on Γ_C, and the obstacle"));
         self.at += 4.0;
         let panel = Panel {
             top: self.at,
@@ -114,8 +115,8 @@ impl Sheet<'_> {
         };
         let names: Vec<&str> = with.iter().map(|(f, _)| &*f.source).collect();
         match self.is_narrow {
-            true => self.title(&format!("Contact: {}", names.join(", "))),
-            false => self.title(&format!(
+            true => self.title(format!("Contact: {}", names.join(", "))),
+            false => self.title(format!(
                 "Contact at the {} quadrature points of each face",
                 first.components
             )),

@@ -36,7 +36,7 @@ use serde_json::{Value, json};
 
 pub use code::Code;
 pub use formula::Formula;
-pub use level::Level;
+pub use level::{Label, Level};
 pub use store::{Record, Store};
 pub use times::Judged;
 
