@@ -115,7 +115,7 @@ pub fn verify(verified: Verified) -> Result<Report> {
     for e in &explanations {
         told.push(Block::text(format!("{}:", label(e.scene, e.method, e.n))));
         let lines = e.explanation.lines().into_iter();
-        told.extend(lines.map(|line| Block::text(Text::message(&format!("  {line}")))));
+        told.extend(lines.map(|line| Block::text(text!("  {}", line))));
     }
     told.extend(diagnoses.iter().map(|d| {
         let about = label(&d.scene, &d.method, d.n);

@@ -24,7 +24,7 @@ pub const NORMS: [Norm; 2] = [Norm::Energy, Norm::L2];
 /// Errors that advice is given for.
 pub const TARGETS: [f64; 10] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 1e-4, 1e-5];
 /// A command may take so many times as long as a solve within this process, which has its memory and threads already.
-const WARM: f64 = 1.5;
+const WARM: f64 = 3.0;
 
 /// How to reach an error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -62,7 +62,7 @@ pub struct Alternative {
     pub is_bound: bool,
     /// The median of its repetitions, without start-up, or that of a finer mesh which took less.
     pub seconds: f64,
-    /// As [`Row::memory_mb`].
+    /// Peak of its process, where it had one of its own.
     pub memory_mb: Option<f64>,
     /// Was it measured by the command that is advised, or one like it, in a process of its own?
     #[serde(skip)]
@@ -80,7 +80,8 @@ impl Alternative {
             error: row.error(norm)?,
             is_bound: norm == Norm::Energy && row.h1.is_none(),
             seconds,
-            memory_mb: row.memory_mb,
+            // Of a solve within this process it would be what the process did not hold yet.
+            memory_mb: row.memory_mb.filter(|_| is_repeatable(row)),
             is_repeatable: is_repeatable(row),
         })
     }
