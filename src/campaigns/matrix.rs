@@ -194,9 +194,9 @@ fn release(request: &MatrixRequest, of: &EngineFile) -> Result<Box<dyn Engine>> 
 
 /// What a release answered, held against the built-in solver's answers.
 fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Option<Text>) {
-    let answers = outcome.cases.iter().flat_map(|case| &case.engines);
+    let answers = outcome.answers();
     let answers: Vec<_> = answers.filter(|of| of.engine == release).collect();
-    let pairs = outcome.cases.iter().flat_map(|case| &case.pairs);
+    let pairs = outcome.pairs();
     let pairs: Vec<_> = pairs.filter(|p| p.a == OWN && p.b == release).collect();
     let is_whole = outcome.cases.iter().all(|case| {
         let is = |name: &str| case.engines.iter().any(|of| of.engine == name);

@@ -165,6 +165,7 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Ve
     gammas.extend(gamma);
     let mut section = |title: &str, text: Text, more: Vec<Block<'a>>, table: Table| {
         if !table.rows.is_empty() {
+            let table = table.known();
             page.push(Block::heading(3, title));
             page.extend((!text.is_empty()).then(|| Block::text(text)));
             page.extend(more);
@@ -210,12 +211,17 @@ fn megabytes(mb: f64) -> Cell {
     Cell::fixed(mb, 0)
 }
 
-/// The number that a row is varied by.
+/// The number that a row is varied by, or the name.
 fn varied(row: &Row) -> Cell {
-    let text = value(row);
-    match text.parse() {
-        Ok(number) => Cell::number(number, text),
-        Err(_) => text.into(),
+    set(row.varied, &value(row))
+}
+
+/// A value of a setting.
+fn set(varied: Varied, value: &str) -> Cell {
+    match (value.parse(), varied) {
+        (Ok(n), Varied::Mesh | Varied::Target) => Cell::number(n, value),
+        (Ok(number), _) => Cell::number(number, Number::power(number)),
+        (Err(_), _) => value.into(),
     }
 }
 
@@ -311,8 +317,8 @@ fn waste(outcome: &StudyOutcome, scene: &str) -> Table {
         "method" => &w.method,
         "n" => w.n,
         "setting" => w.varied.to_string(),
-        "enough" => &w.enough,
-        "most exact" => &w.most_exact,
+        "enough" => set(w.varied, &w.enough),
+        "most exact" => set(w.varied, &w.most_exact),
         "which takes" => time(w),
         "the worst costs" => part(w.worst_change),
     )
