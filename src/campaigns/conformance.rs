@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::engine::{Answer, Case, Engine, Settings, Silent, raw_values};
 use crate::run::{Runner, Setup, Variation, Written, tolerance};
+use crate::text::{Text, text};
 use crate::why::{elsewhere, examine, order};
 use faceoff_fem::contact::{Iteration, Method, Stop, solve};
 use faceoff_fem::scene::{Boundary, Data, Expression, GroupName, Scene};
@@ -25,7 +26,7 @@ pub struct Finding {
     /// The largest difference to the known answer at any dof, relative to its largest value.
     pub difference: Option<f64>,
     /// What is wrong, as far as it is known.
-    pub why: Option<String>,
+    pub why: Option<Text>,
 }
 
 /// A scene and what it shows about a code.
@@ -254,7 +255,7 @@ impl Check {
         setup: &Setup,
         verdict: Verdict,
         difference: Option<f64>,
-        why: Option<String>,
+        why: Option<Text>,
     ) -> Finding {
         Finding {
             about: self.about.into(),
@@ -346,8 +347,13 @@ fn alone(
             let cause = raw.map(|raw| in_order(&raw));
             return Ok(
                 match cause.and_then(|(order, elsewhere)| order.or(elsewhere)) {
-                    Some(cause) => check.finding(setup, Verdict::Disagree, None, Some(cause)),
-                    None => check.finding(setup, Verdict::Undetermined, None, Some(message)),
+                    Some(cause) => {
+                        check.finding(setup, Verdict::Disagree, None, Some(cause.into()))
+                    }
+                    None => {
+                        let message = Some(Text::message(&message));
+                        check.finding(setup, Verdict::Undetermined, None, message)
+                    }
                 },
             );
         }
@@ -362,24 +368,27 @@ fn alone(
     }
     let mut why = Vec::new();
     if !answer.converged {
-        why.push("it says that it has not converged".to_owned());
+        why.push(text!("it says that it has not converged"));
     }
     if difference > tolerance(&case.problem.method()) {
         let (order, elsewhere) = in_order(&of_cells(case, &answer.u));
         why.extend(match order {
-            Some(order) => Some(order),
-            None => elsewhere.map_or_else(|| single_change(setup, &answer.u), |e| Ok(Some(e)))?,
+            Some(order) => Some(order.into()),
+            None => match elsewhere {
+                Some(elsewhere) => Some(elsewhere.into()),
+                None => single_change(setup, &answer.u)?,
+            },
         });
     }
-    let why = (!why.is_empty()).then(|| why.join("; "));
+    let why = (!why.is_empty()).then(|| Text::joined(why, "; "));
     Ok(check.finding(setup, Verdict::Disagree, Some(difference), why))
 }
 
 /// What explains an answer, in words.
-fn single_change(setup: &Setup, u: &[f64]) -> Result<Option<String>> {
+fn single_change(setup: &Setup, u: &[f64]) -> Result<Option<Text>> {
     let runner = Runner::new(&setup.settings, &Silent);
     let found = examine(&runner, setup, u, Written::of(u))?;
-    Ok(found.culprit().map(|culprit| culprit.what.to_string()))
+    Ok(found.culprit().map(|culprit| culprit.what.clone()))
 }
 
 /// Answers; or why there are none.
@@ -443,7 +452,7 @@ fn several(
     match answers {
         Err(message) => {
             finding.verdict = Verdict::Undetermined;
-            finding.why = Some(message);
+            finding.why = Some(Text::message(&message));
         }
         Ok(answers) => {
             for ((k, known), answer) in right.iter().zip(&answers) {
@@ -452,7 +461,11 @@ fn several(
                 if !is_right(case, answer, known) {
                     finding.verdict = Verdict::Disagree;
                     let (scene, method) = (case.scene().name(), case.problem.method());
-                    finding.why = Some(format!("in such a job {scene}, {method} is wrong"));
+                    finding.why = Some(text!(
+                        "in such a job {}, {} is wrong",
+                        scene,
+                        method.to_string()
+                    ));
                 }
                 finding.difference = Some(finding.difference.unwrap_or(0.0).max(difference));
             }
@@ -467,13 +480,13 @@ fn stops(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
     setup.settings.stop.max_iterations = 1;
     let case = setup.case()?;
     let (verdict, why) = match run(engine, &[&case], &setup.settings, Temporary::new()?.path())? {
-        Err(message) => (Verdict::Undetermined, Some(message)),
+        Err(message) => (Verdict::Undetermined, Some(Text::message(&message))),
         Ok(answers) => {
             let answer = &answers[0];
             let is_right = difference(&answer.u, &known(&case, None)?) <= tolerance(&Method::cr());
             let steps = answer.increments.len();
             if steps > 1 {
-                let why = format!("stop.max_iterations is 1, and it took {steps} steps");
+                let why = text!("stop.max_iterations is 1, and it took {} steps", steps);
                 (Verdict::Disagree, Some(why))
             } else if answer.converged && !is_right {
                 let why = "after one step it says that it has converged, which it has not";

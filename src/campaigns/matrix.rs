@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::verify::{VerifyOutcome, VerifyRequest, verify};
 use crate::engine::{self, Engine, EngineFile, OWN, Progress, Settings};
+use crate::text::Text;
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
 use faceoff_judge::Verdict;
@@ -70,7 +71,7 @@ pub struct Entry {
     /// The largest difference of any field from the built-in solver's, relative to the field.
     pub difference: Option<f64>,
     /// Why there is no answer, or what is wrong with it.
-    pub why: Option<String>,
+    pub why: Option<Text>,
 }
 
 /// What became of it.
@@ -133,8 +134,8 @@ pub fn matrix(request: &MatrixRequest, progress: &dyn Progress) -> Result<Matrix
             for (of, probed) in found().zip(&probed) {
                 let of = of?;
                 let refusal = match (probed, of.accepts(method)) {
-                    (Err(why), _) => Some((Became::Absent, why.to_string())),
-                    (_, Err(why)) => Some((Became::Refused, why.to_string())),
+                    (Err(why), _) => Some((Became::Absent, Text::message(&why.to_string()))),
+                    (_, Err(why)) => Some((Became::Refused, Text::message(&why.to_string()))),
                     _ => None,
                 };
                 refusals.push(refusal);
@@ -192,10 +193,10 @@ fn release(request: &MatrixRequest, of: &EngineFile) -> Result<Box<dyn Engine>> 
 }
 
 /// What a release answered, held against the built-in solver's answers.
-fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Option<String>) {
-    let answers = outcome.cases.iter().flat_map(|case| &case.engines);
+fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Option<Text>) {
+    let answers = outcome.answers();
     let answers: Vec<_> = answers.filter(|of| of.engine == release).collect();
-    let pairs = outcome.cases.iter().flat_map(|case| &case.pairs);
+    let pairs = outcome.pairs();
     let pairs: Vec<_> = pairs.filter(|p| p.a == OWN && p.b == release).collect();
     let is_whole = outcome.cases.iter().all(|case| {
         let is = |name: &str| case.engines.iter().any(|of| of.engine == name);
@@ -204,17 +205,19 @@ fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Optio
     let failure = |name: &str| outcome.failures.iter().find(|of| of.engine == name);
     if !is_whole {
         let why = failure(release).or(failure(OWN));
-        return (Became::Failed, None, why.map(|of| of.message.clone()));
+        return (
+            Became::Failed,
+            None,
+            why.map(|of| Text::message(&of.message)),
+        );
     }
     let of_pairs = pairs.iter().map(|pair| pair.field.verdict);
     let of_answers = answers.iter().map(|answer| answer.verdict);
     let (became, words) = match of_pairs.chain(of_answers).max() {
         Some(Verdict::Agree | Verdict::Conditioned) => (Became::Agrees, None),
-        Some(Verdict::Several) => (Became::Differs, Some("both solve the scheme".to_owned())),
+        Some(Verdict::Several) => (Became::Differs, Some("both solve the scheme".into())),
         Some(Verdict::Disagree) => (Became::Differs, None),
-        Some(Verdict::Undetermined) | None => {
-            (Became::Failed, Some("it did not converge".to_owned()))
-        }
+        Some(Verdict::Undetermined) | None => (Became::Failed, Some("it did not converge".into())),
     };
     let found = answers.iter().find_map(|answer| answer.findings.as_ref());
     let largest = pairs.iter().map(|pair| pair.field.max_rel);
@@ -223,7 +226,7 @@ fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Optio
         largest.fold(None, |most: Option<f64>, value| {
             Some(most.map_or(value, |most| most.max(value)))
         }),
-        found.map(|found| found.sentence().to_string()).or(words),
+        found.map(|found| found.sentence()).or(words),
     )
 }
 

@@ -193,7 +193,7 @@ fn conforms(checked: &Checked) -> Result<Report<'_>> {
             f.method.as_ref(),
             f.verdict,
             f.difference,
-            f.why.as_deref().map(Text::message)
+            f.why.as_ref()
         ]
     });
     let head = ["check", "method", "verdict", "difference", "why"];
@@ -205,7 +205,7 @@ fn conforms(checked: &Checked) -> Result<Report<'_>> {
         title: None,
         seconds: 0.0,
         verdict: f.verdict,
-        message: f.why.clone().unwrap_or_default(),
+        message: f.why.as_ref().map(Text::to_string).unwrap_or_default(),
     });
     let cases = cases.collect();
     report.suites.push(Suite {

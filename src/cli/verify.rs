@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
         verbose: is_verbose,
     })?;
     deliver(&report, to)?;
-    let answered = outcome.cases.iter().flat_map(|case| &case.engines);
+    let answered = outcome.answers();
     let doubts = answered.filter_map(|of| engine::doubt(&of.engine, &of.version));
     for doubt in doubts.collect::<BTreeSet<_>>() {
         note!("faceoff: warning: {doubt}");

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Answer, Case, peak_memory_mb};
+use crate::text::{Number, Text, text};
 use faceoff_fem::contact::{Built, Law};
 use faceoff_fem::linear::Choice;
 use faceoff_fem::scene::Expression;
@@ -83,56 +84,70 @@ impl Explanation {
     }
 
     /// One thing a line.
-    pub fn lines(&self) -> Vec<String> {
-        let mut lines = vec![format!(
+    pub fn lines(&self) -> Vec<Text> {
+        let mut lines = vec![text!(
             "model: {} in {} dimensions, {} dofs, {} of them given on Γ_D",
-            self.element, self.dimension, self.dofs, self.given
+            self.element,
+            self.dimension,
+            self.dofs,
+            self.given
         )];
-        let mut left_out: Vec<String> = Vec::new();
+        let mut left_out: Vec<Text> = Vec::new();
         if !self.zero_data.is_empty() {
-            left_out.push(format!("{} (zero)", self.zero_data.join(", ")));
+            left_out.push(text!("{} (zero)", self.zero_data.join(", ")));
         }
         if self.contact_faces == 0 {
             left_out.push("contact (no face has it), so that one linear solve is all".into());
         } else {
-            let corrected = if self.flux_corrected {
-                ", the flux corrected by the load"
-            } else {
-                ""
+            let corrected = match self.flux_corrected {
+                true => ", the flux corrected by the load",
+                false => "",
             };
-            lines.push(format!(
-                "contact: {} faces, {} conditions, {} faces wholly in contact and {} partly{corrected}",
-                self.contact_faces, self.conditions, self.in_contact, self.partly_in_contact
+            lines.push(text!(
+                "contact: {} faces, {} conditions, {} faces wholly in contact and {} partly{}",
+                self.contact_faces,
+                self.conditions,
+                self.in_contact,
+                self.partly_in_contact,
+                corrected
             ));
         }
         if self.floats {
-            lines.push(
+            lines.push(text!(
                 "held: a part of the domain by contact alone, so that the mass of Γ_C is added and taken away again"
-                    .into(),
-            );
+            ));
         } else {
-            left_out.push("what holds floating parts (Γ_D holds all)".into());
+            left_out.push(text!("what holds floating parts (Γ_D holds all)"));
         }
         if let (Some(built), Some(linear)) = (self.built, self.linear) {
-            lines.push(format!(
-                "solver: {} in {}, {} entries, {:.1} MB predicted",
-                linear.solver, linear.precision, linear.entries, linear.predicted_mb
+            lines.push(text!(
+                "solver: {} in {}, {} entries, {} MB predicted",
+                linear.solver.to_string(),
+                linear.precision.to_string(),
+                linear.entries,
+                Number::fixed(linear.predicted_mb, 1)
             ));
-            lines.push(format!(
+            lines.push(text!(
                 "built: {} sparse factor(s), {} dense one(s), {} preconditioner(s); {} steps on {} unknowns",
-                built.factors, built.dense, built.preconditioners, self.steps, built.unknowns
+                built.factors,
+                built.dense,
+                built.preconditioners,
+                self.steps,
+                built.unknowns
             ));
             if built.dense == 0 && built.preconditioners == 0 {
                 left_out.push("Newton's matrix".into());
             }
         }
-        if self.certificate {
-            lines.push("certificate: computed".into());
-        } else {
-            left_out.push("the certificate (--certify)".into());
+        match self.certificate {
+            true => lines.push("certificate: computed".into()),
+            false => left_out.push("the certificate (--certify)".into()),
         }
-        lines.push(format!("left out: {}", left_out.join("; ")));
-        lines.push(format!("memory: {:.0} MB at most", self.peak_rss_mb));
+        lines.push(text!("left out: {}", Text::joined(left_out, "; ")));
+        lines.push(text!(
+            "memory: {} MB at most",
+            Number::fixed(self.peak_rss_mb, 0)
+        ));
         lines
     }
 }
@@ -184,7 +199,7 @@ f = "-2*pi*sin(2*pi*x)"
             );
             assert_eq!(counts, (0, 1, 0, 0));
             assert_eq!((e.contact_faces, e.conditions, e.steps), (0, 0, 1));
-            let text = e.lines().join("\n");
+            let text = Text::joined(e.lines(), "\n").to_string();
             assert!(text.contains("contact (no face has it)"), "{text}");
             assert!(text.contains("g, t, psi (zero)"), "{text}");
             assert!(text.contains("the certificate (--certify)"), "{text}");
@@ -201,7 +216,7 @@ f = "-2*pi*sin(2*pi*x)"
         assert!(built.dense >= 1 && built.dense <= e.steps + 1);
         assert!(e.in_contact > 0 && e.in_contact + e.partly_in_contact < 8);
         assert!(e.partly_in_contact <= 2);
-        let text = e.lines().join("\n");
+        let text = Text::joined(e.lines(), "\n").to_string();
         assert!(text.contains("contact: 8 faces, 40 conditions"), "{text}");
     }
 }

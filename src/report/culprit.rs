@@ -250,7 +250,7 @@ pub(super) fn lede_of(
         .collect();
     let cases = outcome.cases.len();
     if !outcome.verdict.passes() && !right.is_empty() && differing_only_by(outcome, &fault) {
-        let pairs = outcome.cases.iter().flat_map(|c| &c.pairs);
+        let pairs = outcome.pairs();
         let among = pairs
             .filter(|p| right.contains(&&*p.a) && right.contains(&&*p.b))
             .map(|p| p.field.max_rel);
@@ -277,7 +277,7 @@ pub(super) fn lede_of(
 
 /// Do all others agree?
 fn differing_only_by(outcome: &VerifyOutcome, fault: &[&str]) -> bool {
-    let pairs = outcome.cases.iter().flat_map(|c| &c.pairs);
+    let pairs = outcome.pairs();
     let mut others = pairs.filter(|p| !fault.contains(&&*p.a) && !fault.contains(&&*p.b));
     others.all(|p| p.field.verdict.passes())
 }

@@ -11,7 +11,7 @@ use crate::campaigns::face_off::{
     worst as worst_time,
 };
 use crate::campaigns::limit::Found;
-use crate::run::{Judged, Same};
+use crate::run::{Judged, Label, Same};
 use crate::text::number::{number, size};
 use crate::text::{Number, Text, text};
 use faceoff_judge::{Norms, On, Verdict};
@@ -69,17 +69,10 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     Ok(report)
 }
 
-fn at(level: &str) -> String {
-    match level.is_empty() {
-        true => String::new(),
-        false => format!(", {level}"),
-    }
-}
-
 /// With its time.
 fn place(pair: &OfPair) -> String {
     let time = pair.t.map(|t| format!(", t = {}", short(t)));
-    at(&pair.level) + &time.unwrap_or_default()
+    pair.level.at() + &time.unwrap_or_default()
 }
 
 /// Of each two codes on each level the time at which they are farthest from agreement.
@@ -116,7 +109,7 @@ fn headed<'a>(words: impl Into<Text>, table: Table) -> [Block<'a>; 2] {
 /// What fails first: a code, a field, an order, a number.
 fn claim(of: &FaceOffOutcome, word: &str) -> Text {
     if let Some(run) = of.runs.iter().find(|run| run.failure.is_some()) {
-        return text!("**{}** gave no result{}", &run.code, at(&run.level));
+        return text!("**{}** gave no result{}", &run.code, run.level.at());
     }
     let fields = of.fields.iter().filter(|f| !f.verdict.passes());
     let wrong: Vec<&str> = fields
@@ -357,11 +350,11 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
 }
 
 /// The number of a refinement, or what another level is called.
-fn level(n: Option<usize>, label: &str) -> Option<Cell> {
-    match n {
-        Some(n) if label == format!("n = {n}") => Some(Cell::number(n as f64, n.to_string())),
-        _ if label.is_empty() => None,
-        _ => Some(label.into()),
+fn level(of: &Label) -> Option<Cell> {
+    match of {
+        Label::Only => None,
+        Label::Mesh(n) => Some(Cell::number(*n as f64, n.to_string())),
+        Label::Named(name) => Some(name.into()),
     }
 }
 
@@ -369,7 +362,7 @@ fn runs_table(runs: &[RunOf]) -> Table {
     let outcome = |run: &RunOf| run.failure.as_deref().map_or("done".into(), Text::message);
     table!("", runs, |run|
         "code" => &run.code,
-        "n" => level(run.n, &run.level),
+        "n" => level(&run.level),
         "time" => run.seconds.map(super::model::duration),
         "outcome" => outcome(run),
     )
@@ -409,7 +402,7 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair], more: &str) -> Table {
     };
     table!(text!("`{}`{}", &of.field, more), pairs, |pair|
         "codes" => format!("{} – {}", pair.a, pair.b),
-        "n" => level(pair.n, &pair.level),
+        "n" => level(&pair.level),
         "t" => pair.t.map(|t| Cell::number(t, short(t).to_string())),
         "max |a-b|" => pair.compared.field.max_abs,
         "relative" => pair.compared.field.max_rel,
@@ -496,7 +489,7 @@ fn number_table(of: &OfNumber) -> Table {
         false => NOT_JUDGED.into(),
     };
     table!(text!("`{}`{}", &of.number, exact), &of.rows, |row|
-        "n" => level(row.n, &row.level),
+        "n" => level(&row.level),
         "values" => values(row),
         "verdict" => verdict(row),
         "remark" => &row.reason,
@@ -508,7 +501,7 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
     let mut cases = Vec::new();
     for run in &of.runs {
         if let Some(failure) = &run.failure {
-            let name = format!("run of {}{}", run.code, at(&run.level));
+            let name = format!("run of {}{}", run.code, run.level.at());
             cases.push(TestCase::new(
                 &of.name,
                 name,
@@ -528,7 +521,7 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
     }));
     for field in &of.fields {
         for pair in worst_times(field).into_iter().filter(|pair| pair.judged) {
-            let level = at(&pair.level);
+            let level = pair.level.at();
             let name = format!("{}, {} – {}{level}", field.field, pair.a, pair.b);
             let found = &pair.compared.field;
             let time = pair.t.map(|t| format!("t = {}: ", short(t)));
@@ -552,7 +545,7 @@ fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
     }
     for number in &of.numbers {
         for row in number.rows.iter().filter(|row| row.judged) {
-            let name = format!("{}{}", number.number, at(&row.level));
+            let name = format!("{}{}", number.number, row.level.at());
             cases.push(TestCase::new(
                 &of.name,
                 name,

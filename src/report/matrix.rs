@@ -131,7 +131,6 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
     report.blocks.push(table(outcome).into());
     let sentences = sentences(outcome);
     if !sentences.is_empty() {
-        let sentences = sentences.iter().map(|of| Text::message(of));
         report.blocks.push(Block::list(sentences));
     }
     report.blocks.push(Block::Page(vec![
@@ -206,11 +205,11 @@ fn word(became: Became) -> &'static str {
 }
 
 /// Why, each once.
-fn sentences(outcome: &MatrixOutcome) -> Vec<String> {
-    let mut said: Vec<(String, Vec<String>)> = Vec::new();
+fn sentences(outcome: &MatrixOutcome) -> Vec<Text> {
+    let mut said: Vec<(Text, Vec<String>)> = Vec::new();
     for cell in &outcome.cells {
         let Some(why) = &cell.why else { continue };
-        let sentence = format!("{} {}: {why}", cell.release, word(cell.became));
+        let sentence = text!("{} {}: {}", &cell.release, word(cell.became), why);
         let place = format!("{}, {}", cell.place.scene, cell.place.method);
         match said.iter_mut().find(|(known, _)| *known == sentence) {
             Some((_, places)) => places.push(place),
@@ -218,9 +217,9 @@ fn sentences(outcome: &MatrixOutcome) -> Vec<String> {
         }
     }
     let said = said.into_iter();
-    let told = |(sentence, places): (String, Vec<String>)| match places.len() {
+    let told = |(sentence, places): (Text, Vec<String>)| match places.len() {
         all if all * outcome.releases.len() == outcome.cells.len() => sentence,
-        _ => format!("{sentence} ({})", places.join("; ")),
+        _ => text!("{} ({})", sentence, places.join("; ")),
     };
     said.map(told).collect()
 }
@@ -232,7 +231,8 @@ fn suite(release: &Release, cells: &[&Entry]) -> Suite {
         let words = cell
             .difference
             .map(|d| format!("relative difference {d:e}"));
-        let message = cell.why.clone().or(words).unwrap_or_default();
+        let why = cell.why.as_ref().map(Text::to_string);
+        let message = why.or(words).unwrap_or_default();
         let name = format!("{}, {}", cell.place.scene, cell.place.method);
         Some(TestCase::new(&release.name, name, verdict, message))
     });

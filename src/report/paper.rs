@@ -10,7 +10,7 @@ use crate::campaigns::paper::{
 };
 use crate::engine::unique;
 use crate::run::Observed;
-use crate::text::{Number, Text, text};
+use crate::text::{Number, text};
 use faceoff_fem::contact::Positivity;
 use faceoff_mesh::error::Result;
 
@@ -57,9 +57,9 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
     };
     let statements = table!("", all(), |s|
         "example" => &s.example,
-        "the paper" => Text::message(&s.says),
+        "the paper" => &s.says,
         "verdict" => verdict(s.holds),
-        "found" => Text::message(&s.found),
+        "found" => &s.found,
     );
     report.lead = figures(outcome).into_iter().map(Block::Figure).collect();
     report.blocks.extend([

@@ -352,9 +352,7 @@ pub fn solve<'a>(
     let lines = a.explanation.iter().flat_map(Explanation::lines);
     let of = Block::text(about.clone());
     report.blocks = vec![Block::Terminal(vec![of, Block::facts(facts)])];
-    report
-        .blocks
-        .extend(lines.map(|line| Block::text(Text::message(&line))));
+    report.blocks.extend(lines.map(Block::text));
     let caption = "The meshes on the way to the accuracy";
     let steps = table!(caption, a.meshes.iter().flatten(), |step|
         "mesh" => words_of(step.way),

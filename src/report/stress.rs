@@ -81,7 +81,6 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
             report
                 .blocks
                 .push(Block::Page(vec![Block::heading(2, title)]));
-            let sentences = sentences.iter().map(|of| Text::message(of));
             report.blocks.push(Block::list(sentences));
         }
     }
@@ -103,13 +102,13 @@ fn behaviours(outcome: &StressOutcome) -> Text {
         _ => None,
     });
     let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0));
-    let worst = worst.map_or(String::new(), |(factor, c)| {
-        format!(
+    let worst = worst.map(|(factor, c)| {
+        text!(
             " The worst loses a factor of {}: {} {} by {}.",
             crate::text::number::size(factor),
             c.family,
-            c.value,
-            c.method
+            &c.value,
+            &c.method
         )
     });
     text!(
@@ -129,8 +128,8 @@ fn entries<'a>(
 }
 
 /// The lines of an engine's map: family and value.
-fn lines<'a>(outcome: &'a StressOutcome, engine: &str) -> Vec<(&'a str, &'a str)> {
-    let mut lines = unique(entries(outcome, engine).map(|c| (c.family, &*c.value)));
+fn lines<'a>(outcome: &'a StressOutcome, engine: &str) -> Vec<(&'a str, &'a Text)> {
+    let mut lines = unique(entries(outcome, engine).map(|c| (c.family, &c.value)));
     // What is extreme in the same way stands together, whichever scene it is of.
     let families = unique(lines.iter().map(|line| line.0));
     lines.sort_by_key(|line| families.iter().position(|f| *f == line.0));
@@ -145,11 +144,11 @@ fn methods<'a>(outcome: &'a StressOutcome, engine: &str) -> Vec<&'a str> {
 fn find<'a>(
     outcome: &'a StressOutcome,
     engine: &str,
-    (family, value): (&str, &str),
+    (family, value): (&str, &Text),
     method: &str,
 ) -> Option<&'a stress::Entry> {
     let place = (family, value, method);
-    entries(outcome, engine).find(|c| (c.family, &*c.value, &*c.method) == place)
+    entries(outcome, engine).find(|c| (c.family, &c.value, &*c.method) == place)
 }
 
 /// One verdict, short.
@@ -188,10 +187,13 @@ fn ground(verdict: &Behaviour) -> &'static str {
 fn told(cell: &stress::Entry) -> String {
     let mut told = vec![format!(
         "{} {}, {} {}",
-        cell.engine, cell.method, cell.family, cell.value
+        cell.engine,
+        cell.method,
+        cell.family,
+        cell.value.told()
     )];
     if let Behaviour::Refuses { sentence: why } | Behaviour::Wrong { why } = &cell.verdict {
-        told.push(why.clone());
+        told.push(why.told());
     }
     let mut add = |name: &str, value: Option<f64>| {
         told.extend(value.map(|value| format!("{name} {}", number(value, 2))));
@@ -223,10 +225,10 @@ fn map_of(outcome: &StressOutcome) -> Map {
     };
     let of_family = |family: &str| {
         let values = lines.iter().filter(|line| line.0 == family);
-        let row = |line: &(&str, &str)| {
+        let row = |line: &(&str, &Text)| {
             let of = columns.iter();
             let spots = of.map(|(engine, method)| find(outcome, engine, *line, method).map(spot));
-            (line.1.to_owned(), spots.collect())
+            (line.1.clone(), spots.collect())
         };
         (family.to_owned(), values.map(row).collect())
     };
@@ -283,22 +285,22 @@ fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> Strin
 }
 
 /// Each sentence once, with the places where it was said.
-fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<String> {
-    let mut said: Vec<(String, Vec<String>)> = Vec::new();
+fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<Text> {
+    let mut said: Vec<(Text, Vec<Text>)> = Vec::new();
     for cell in entries(outcome, engine) {
         let sentence = match &cell.verdict {
-            Behaviour::Refuses { sentence } => format!("refuses: {sentence}"),
-            Behaviour::Wrong { why } => format!("wrong: {why}"),
+            Behaviour::Refuses { sentence } => text!("refuses: {}", sentence),
+            Behaviour::Wrong { why } => text!("wrong: {}", why),
             _ => continue,
         };
-        let place = format!("{} {} {}", cell.family, cell.value, cell.method);
+        let place = text!("{} {} {}", cell.family, &cell.value, &cell.method);
         match said.iter_mut().find(|(known, _)| *known == sentence) {
             Some((_, places)) => places.push(place),
             None => said.push((sentence, vec![place])),
         }
     }
     let said = said.into_iter();
-    said.map(|(sentence, places)| format!("{sentence} ({})", places.join("; ")))
+    said.map(|(sentence, places)| text!("{} ({})", sentence, Text::joined(places, "; ")))
         .collect()
 }
 
@@ -306,7 +308,7 @@ fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<String> {
 fn suite(outcome: &StressOutcome, engine: &str) -> Suite {
     let cases = entries(outcome, engine).map(|cell| {
         let (verdict, message) = match &cell.verdict {
-            Behaviour::Wrong { why } => (Verdict::Disagree, why.clone()),
+            Behaviour::Wrong { why } => (Verdict::Disagree, why.to_string()),
             _ => (Verdict::Agree, String::new()),
         };
         let class = format!("{engine}.{}", cell.method);

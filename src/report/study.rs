@@ -8,7 +8,8 @@ use super::html::{costs, percent_asked};
 use super::json::csv;
 use super::model::{Block, Cell, Report, Table, count, duration, percent, short, table};
 use crate::campaigns::study::{
-    Advice, Alternative, Gammas, Norm, Rates, Row, Scaling, StudyOutcome, Varied, value,
+    Advice, Alternative, Gammas, HARMLESS, Norm, Rates, Row, Scaling, StudyOutcome, Varied, Waste,
+    value,
 };
 use crate::engine::unique;
 use crate::run::Fit;
@@ -21,8 +22,9 @@ const LONG: usize = 12;
 const HOW: &str = "Times are medians over repetitions on a machine that may do other things as well, of mesh, assembly and solution, without \
     start-up; the least and the largest are in `rows.csv`. Errors are relative to the norms of u; where u is not known the error in \
     the energy norm is its guaranteed bound.";
-const ADVICE: &str = "The fastest setting of each code that reaches the error, and the command of the fastest. Each command was run unchanged in a separate \
-    process: its error, the median of its times and the peak memory of the process were measured. To ask for a certified error instead, use `solve --accuracy`.";
+const ADVICE: &str = "The fastest setting of each code that reaches the error, and the command of the fastest. Rust's commands were run unchanged in a \
+    separate process: error, median of the times and peak memory are those of the process. Where the budget left no time for that, \
+    \"within this process\" marks a solve of the study itself. To ask for a certified error instead, use `solve --accuracy`.";
 const RATES: &str = "Errors as h^p over the finest three meshes, time and memory as dofs^p over the finest four; after ± the standard error of the fit. \
     Growth of time and memory is told where its interval of 95 % leaves out 0, and anything that would follow from it likewise.";
 const SCALING: &str = "By the exponents above, taken as 1 where start-up still hides the rest, and as those of a factor in 3D where noise says \
@@ -32,8 +34,8 @@ const SCALING: &str = "By the exponents above, taken as 1 where start-up still h
     faster than the dofs. A factor tends to p = 3/2, q = 1 in 2D and to p = 2, q = 4/3 in 3D, multigrid to 1: \
     from the memory of this machine on, and in 3D well before it, iterations (`--linear iterative`, or dolfinx with `--ranks` and GMRES) are \
     what to change to.";
-const WASTE: &str =
-    "The cheapest value from which on no error is larger by 1 % than with the most exact one.";
+const WASTE: &str = "The cheapest value from which on no error is larger by 1 % than with the most exact one. A value takes longer where its fastest \
+    repetition is slower than the slowest of the other.";
 const GAMMAS: &str = "The paper's theory asks for γ = γ₀h with γ₀ large enough. Over 24 decades:";
 
 /// The report of a study.
@@ -163,6 +165,7 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Ve
     gammas.extend(gamma);
     let mut section = |title: &str, text: Text, more: Vec<Block<'a>>, table: Table| {
         if !table.rows.is_empty() {
+            let table = table.known();
             page.push(Block::heading(3, title));
             page.extend((!text.is_empty()).then(|| Block::text(text)));
             page.extend(more);
@@ -208,12 +211,17 @@ fn megabytes(mb: f64) -> Cell {
     Cell::fixed(mb, 0)
 }
 
-/// The number that a row is varied by.
+/// The number that a row is varied by, or the name.
 fn varied(row: &Row) -> Cell {
-    let text = value(row);
-    match text.parse() {
-        Ok(number) => Cell::number(number, text),
-        Err(_) => text.into(),
+    set(row.varied, &value(row))
+}
+
+/// A value of a setting.
+fn set(varied: Varied, value: &str) -> Cell {
+    match (value.parse(), varied) {
+        (Ok(n), Varied::Mesh | Varied::Target) => Cell::number(n, value),
+        (Ok(number), _) => Cell::number(number, Number::power(number)),
+        (Err(_), _) => value.into(),
     }
 }
 
@@ -287,19 +295,31 @@ fn scaling(outcome: &StudyOutcome, scene: &str) -> Table {
     )
 }
 
+/// What is told of time and error exceeds the spread of the times, and what counts as the same error.
 fn waste(outcome: &StudyOutcome, scene: &str) -> Table {
     let rows = outcome.waste.iter().filter(|w| w.scene == scene);
-    let part = |of: f64| match of < 1.0 {
-        true => Cell::number(of, format!("{} more error", percent(of))),
-        false => Cell::number(of, format!("{} times the error", number(1.0 + of, 2))),
+    let time = |w: &Waste| match w.time_range {
+        [least, _] if least > 1.0 => {
+            let ratio = w.time_ratio;
+            Cell::number(ratio, format!("{ratio:.2} times the time"))
+        }
+        _ => Cell::number(1.0, "no longer"),
+    };
+    let part = |of: f64| match of {
+        of if !(of >= HARMLESS) => Cell::number(
+            0.0,
+            format!("less than {} more error", percent_asked(HARMLESS)),
+        ),
+        of if of < 1.0 => Cell::number(of, format!("{} more error", percent(of))),
+        of => Cell::number(of, format!("{} times the error", number(1.0 + of, 2))),
     };
     table!("", rows, |w|
         "method" => &w.method,
         "n" => w.n,
         "setting" => w.varied.to_string(),
-        "enough" => &w.enough,
-        "most exact" => &w.most_exact,
-        "which takes" => Cell::number(w.time_ratio, format!("{:.2} times the time", w.time_ratio)),
+        "enough" => set(w.varied, &w.enough),
+        "most exact" => set(w.varied, &w.most_exact),
+        "which takes" => time(w),
         "the worst costs" => part(w.worst_change),
     )
 }
@@ -407,4 +427,51 @@ fn rows_csv(rows: &[Row]) -> String {
         fields
     };
     csv(head, rows.iter().map(of))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waste_is_what_exceeds_the_spread() {
+        let of = |time_range, worst_change| Waste {
+            scene: "s".into(),
+            method: "cr".into(),
+            n: 8,
+            varied: Varied::Tolerance,
+            enough: "1e-2".into(),
+            most_exact: "1e-12".into(),
+            time_ratio: 1.25,
+            time_range,
+            worst_change,
+        };
+        let rows = vec![
+            of([0.9, 1.4], 1.33e-15),
+            of([1.1, 1.4], 0.05),
+            of([1.1, 1.4], 2.0),
+        ];
+        let outcome = StudyOutcome {
+            machine: crate::engine::Machine::here(),
+            engines: Vec::new(),
+            budget: 1.0,
+            spent: 1.0,
+            rows: Vec::new(),
+            front: Vec::new(),
+            rates: Vec::new(),
+            scaling: Vec::new(),
+            waste: rows,
+            gammas: Vec::new(),
+            advice: Vec::new(),
+            left_out: Vec::new(),
+        };
+        let told = waste(&outcome, "s").rows;
+        let told: Vec<[String; 2]> = told
+            .iter()
+            .map(|row| [5, 6].map(|k| row[k].text()))
+            .collect();
+        assert_eq!(told[0], ["no longer", "less than 1 % more error"]);
+        assert_eq!(told[1], ["1.25 times the time", "5.00 % more error"]);
+        assert_eq!(told[2], ["1.25 times the time", "3.0 times the error"]);
+    }
 }

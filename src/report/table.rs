@@ -71,6 +71,20 @@ impl Table {
         self
     }
 
+    /// Without the columns of which nothing is known.
+    pub fn known(mut self) -> Self {
+        let is_told = |cell: &Cell| cell.verdict.is_some() || !cell.shown.is_empty();
+        let of = |k: usize| self.rows.iter().any(|row| is_told(&row[k]));
+        let kept: Vec<bool> = (0..self.head.len()).map(of).collect();
+        let mut keep = kept.iter();
+        self.head.retain(|_| keep.next() == Some(&true));
+        for row in &mut self.rows {
+            let mut keep = kept.iter();
+            row.retain(|_| keep.next() == Some(&true));
+        }
+        self
+    }
+
     /// Does a column hold numbers, but for some words?
     pub fn is_numeric(&self, column: usize) -> bool {
         let cells = self.rows.iter().filter_map(|row| row.get(column));
@@ -250,6 +264,8 @@ mod tests {
         let rows = [cells!["a", 1.0, ""], cells!["b", None::<f64>, ""]];
         let table = Table::new("", ["name", "error", "blank"]).with(rows);
         assert_eq!([0, 1, 2].map(|k| table.is_numeric(k)), [false, true, false]);
+        let known = table.known();
+        assert_eq!((known.head.len(), known.rows[1].len()), (2, 2));
         assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
         assert_eq!(Cell::judged(Verdict::Agree, 1e-3).text(), "agree 0.00100");
     }

@@ -115,7 +115,7 @@ pub fn verify(verified: Verified) -> Result<Report> {
     for e in &explanations {
         told.push(Block::text(format!("{}:", label(e.scene, e.method, e.n))));
         let lines = e.explanation.lines().into_iter();
-        told.extend(lines.map(|line| Block::text(Text::message(&format!("  {line}")))));
+        told.extend(lines.map(|line| Block::text(text!("  {}", line))));
     }
     told.extend(diagnoses.iter().map(|d| {
         let about = label(&d.scene, &d.method, d.n);
@@ -140,7 +140,7 @@ pub fn verify(verified: Verified) -> Result<Report> {
         let name = format!("the mesh of {}", case.label());
         report.digests.push((name, case.mesh_digest.clone()));
     }
-    let engines = outcome.cases.iter().flat_map(|case| &case.engines);
+    let engines = outcome.answers();
     report.engines = unique(engines.map(|e| (e.engine.clone(), e.version.clone())));
     report.blocks = vec![Block::Terminal(told), Block::Page(page)];
     report
@@ -160,11 +160,7 @@ fn lede(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -
         Some(status.values.len())
     });
     let points: usize = points.sum();
-    let flips = outcome
-        .cases
-        .iter()
-        .flat_map(|c| &c.pairs)
-        .filter_map(|p| p.field.rounding_flips);
+    let flips = outcome.pairs().filter_map(|p| p.field.rounding_flips);
     let contact = match (points, flips.max().unwrap_or(0)) {
         (0, _) => Text::default(),
         (points, 0) => text!("Contact is the same at all **{} points**.", whole(points)),

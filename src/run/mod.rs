@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 
 pub use evaluated::{Evaluated, certificate, consistent};
 pub use face_off::{
-    Asked, Code, FaceOff, FormFile, Judged, Level, Record, Same, Store, is_face_off,
+    Asked, Code, FaceOff, FormFile, Judged, Label, Level, Record, Same, Store, is_face_off,
 };
 pub use journal::Journal;
 pub use orders::{Fit, Observed, check_meshes, observed_orders};

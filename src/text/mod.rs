@@ -8,7 +8,7 @@ mod outward;
 
 use std::fmt::{self, Display, Formatter};
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use number::{number, signed};
 pub use outward::{Digits, above, at_least, at_most, below, interval};
@@ -166,6 +166,9 @@ impl Text {
     /// boundary.
     pub fn message(words: &str) -> Self {
         let mut text = Text::default();
+        if words.matches('`').count() % 2 == 1 {
+            return Text::with_symbols(words);
+        }
         for (k, part) in words.split('`').enumerate() {
             let part = match k % 2 {
                 0 => Text::with_symbols(part),
@@ -239,12 +242,23 @@ impl Text {
     fn with_symbols(words: &str) -> Self {
         let mut parts = words.split("Γ_");
         let first = parts.next().unwrap_or_default().to_owned();
-        let rest = parts.flat_map(|part| {
-            let letter = part.chars().next().map(Piece::Boundary);
-            let rest = part.chars().skip(1).collect();
-            letter.into_iter().chain([Piece::Words(rest)])
+        let rest = parts.flat_map(|part| match part.chars().next() {
+            Some(letter) => {
+                let rest = part[letter.len_utf8()..].to_owned();
+                [Piece::Boundary(letter), Piece::Words(rest)]
+            }
+            None => ["Γ_", ""].map(|words| Piece::Words(words.to_owned())),
         });
         Text::of([Piece::Words(first)].into_iter().chain(rest))
+    }
+
+    /// As people read it where there is no markup: in an attribute.
+    pub fn told(&self) -> String {
+        let of = |span: &Span| match &span.piece {
+            Piece::Number(number) => number.told(),
+            _ => Text(vec![span.clone()]).to_string(),
+        };
+        self.0.iter().map(of).collect()
     }
 
     /// With more behind it.
@@ -303,6 +317,13 @@ impl Display for Text {
 impl Serialize for Text {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
+    }
+}
+
+/// What was kept as a string, which no longer knows its numbers.
+impl<'de> Deserialize<'de> for Text {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer).map(|words| Text::message(&words))
     }
 }
 
@@ -408,6 +429,11 @@ mod tests {
             "there is no scene `a**b**`; see `faceoff scenes`"
         );
         assert_eq!(told.spans().len(), 4);
+        for words in ["one ` alone", "at the end Γ_", "`a` on Γ_C", ""] {
+            assert_eq!(Text::message(words).to_string(), words);
+        }
+        assert_eq!(text!("at `{}`", Number::power(1e-8)).told(), "at `1e-8`");
+        assert_eq!(text!("at {}", Number::power(1e-8)).told(), "at 10⁻⁸");
         assert_eq!(text!("the two").capitalised().to_string(), "The two");
     }
 }

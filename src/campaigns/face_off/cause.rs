@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::diagnosis::Change;
 use super::fields::worst;
 use super::{Moved, OfField, OfPair};
-use crate::run::Same;
+use crate::run::{Label, Same};
 use crate::text::{Number, Text, text};
 use faceoff_judge::Verdict;
 
@@ -87,8 +87,8 @@ pub(super) fn findings(of: &str, same: Same, pairs: &[Pair], moved: &[Moved]) ->
 }
 
 /// The pairs of a field that are judged on one level, each at its worst time.
-pub(super) fn of_field<'a>(field: &'a OfField, level: &str) -> Vec<Pair<'a>> {
-    let is_judged = |p: &&OfPair| p.judged && p.level == level;
+pub(super) fn of_field<'a>(field: &'a OfField, level: &Label) -> Vec<Pair<'a>> {
+    let is_judged = |p: &&OfPair| p.judged && p.level == *level;
     let codes: BTreeSet<(&str, &str)> = field
         .pairs
         .iter()
@@ -113,7 +113,7 @@ pub(super) fn of_field<'a>(field: &'a OfField, level: &str) -> Vec<Pair<'a>> {
 impl OfField {
     /// In words, where on some level all codes but one of three or more agree.
     pub fn odd_one(&self) -> Option<Text> {
-        let levels: BTreeSet<&str> = self.pairs.iter().map(|pair| &*pair.level).collect();
+        let levels: BTreeSet<&Label> = self.pairs.iter().map(|pair| &pair.level).collect();
         let mut odd = levels
             .iter()
             .filter_map(|level| odd(&of_field(self, level)));

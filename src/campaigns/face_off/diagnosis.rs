@@ -7,7 +7,7 @@ use super::cause::{self, Finding, Pair};
 use super::fields::{Side, over_times};
 use super::{OfField, OfNumber, Player, Rung, Running, pairs, run_how};
 use crate::engine::{How, Left, Progress, Task};
-use crate::run::{Asked, FaceOff, Same, reverse_cells, reverse_points};
+use crate::run::{Asked, FaceOff, Label, Same, reverse_cells, reverse_points};
 use crate::text::Text;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
@@ -257,7 +257,7 @@ fn number_moved(
 /// Of each field and number: what explains where codes differ by more than its tolerance.
 fn findings(
     of: &FaceOff,
-    level: &str,
+    level: &Label,
     players: &[Player],
     fields: &[OfField],
     numbers: &[OfNumber],
@@ -269,7 +269,7 @@ fn findings(
         found.extend(cause::findings(&field.field, field.same, &pairs, moved));
     }
     for (asked, number) in of.numbers.iter().zip(numbers) {
-        let rows = number.rows.iter().filter(|r| r.level == level);
+        let rows = number.rows.iter().filter(|r| r.level == *level);
         for row in rows.filter(|r| r.verdict == Verdict::Disagree) {
             let mut pairs_of = Vec::new();
             for (a, b) in pairs(players) {

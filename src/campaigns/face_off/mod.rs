@@ -22,7 +22,7 @@ pub use times::short;
 use super::convergence::Convergence;
 use super::limit::Limit;
 use crate::engine::{How, Left, Progress, Task};
-use crate::run::{Code, FaceOff, Failure, Judged, Level, Record, Same, Store};
+use crate::run::{Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
 use faceoff_judge::{ComparedField, Comparison, Verdict};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -89,7 +89,7 @@ pub struct RunOf {
     /// The refinement, where the mesh has several.
     pub n: Option<usize>,
     /// What it is called, as `n = 16` or `dt = 0.05`; empty where there is one alone.
-    pub level: String,
+    pub level: Label,
     /// Of the process; none of a recorded answer, or without a result.
     pub seconds: Option<f64>,
     /// Why there is no result.
@@ -131,7 +131,7 @@ pub struct OfPair {
     /// The refinement.
     pub n: Option<usize>,
     /// As in the runs.
-    pub level: String,
+    pub level: Label,
     /// Where results have times.
     pub t: Option<f64>,
     /// Coarser levels of one problem are told and not judged.
@@ -182,7 +182,7 @@ pub struct RowOfNumber {
     /// The refinement.
     pub n: Option<usize>,
     /// As in the runs.
-    pub level: String,
+    pub level: Label,
     /// By code.
     pub values: BTreeMap<String, f64>,
     /// Coarser levels of one problem are told and not judged.
@@ -225,7 +225,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         let mut left = Vec::with_capacity(players.len());
         for player in &players {
             let name = &player.name;
-            let label = name.clone() + &level.at();
+            let label = name.clone() + &level.label.at();
             progress.next(&label, runs.len() as f64 / all as f64);
             let task = Task {
                 mesh: mesh.as_ref(),

@@ -9,6 +9,7 @@ use super::study::ExampleOutcome;
 use super::sweep::Variant;
 use super::{FINE, FINE_ITERATIONS, ITERATIONS, MESHES, intervals};
 use crate::run::Observed;
+use crate::text::{Number, Text, text};
 use faceoff_fem::contact::Method;
 
 /// A statement of the paper beside what was found.
@@ -19,11 +20,11 @@ pub struct Statement {
     /// The example, where one is meant.
     pub example: String,
     /// What the paper says, in our words.
-    pub says: String,
+    pub says: Text,
     /// None where the paper does not state enough to decide.
     pub holds: Option<bool>,
     /// What was found.
-    pub found: String,
+    pub found: Text,
 }
 
 /// An order is confirmed by a fit this near.
@@ -51,9 +52,9 @@ pub fn statements(
 
 fn statement(
     example: &ExampleOutcome,
-    says: impl Into<String>,
+    says: impl Into<Text>,
     holds: impl Into<Option<bool>>,
-    found: String,
+    found: Text,
 ) -> Statement {
     Statement {
         section: example.section,
@@ -67,10 +68,10 @@ fn statement(
 /// "contact condition is active in one-half of the boundary": for 6.2 no share is stated.
 fn contact(e: &ExampleOutcome) -> Statement {
     let share: f64 = e.contact_set.iter().map(|[a, b]| b - a).sum();
-    let found = format!(
-        "contact on {}, {:.2} % of the side",
+    let found = text!(
+        "contact on {}, {} % of the side",
         intervals(&e.contact_set, 6),
-        100.0 * share
+        Number::fixed(100.0 * share, 2)
     );
     match e.zones {
         None => {
@@ -79,7 +80,7 @@ fn contact(e: &ExampleOutcome) -> Statement {
             statement(e, "contact on one half of the side y = 0", half, found)
         }
         Some(n) => {
-            let says = format!("several contact zones for N = {n}");
+            let says = text!("several contact zones for N = {}", n);
             statement(e, says, e.contact_set.len() > 1, found)
         }
     }
@@ -91,8 +92,11 @@ fn changes(e: &ExampleOutcome) -> Statement {
     let plural =
         |count: usize, word: &str| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
     let changes = plural(stated, "point");
-    let says = format!("the solution changes from contact to non-contact in {changes}");
-    let found = format!(
+    let says = text!(
+        "the solution changes from contact to non-contact in {}",
+        changes
+    );
+    let found = text!(
         "{} with {}",
         plural(zones, "zone"),
         plural(points, "change")
@@ -109,8 +113,8 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
         return Vec::new();
     };
     let variants = || e.variants.iter().filter(|v| v.is_penalty_free_cr());
-    let shown = |of: &Observed| of.fit.map_or("no fit".into(), |fit| format!("{fit:.2}"));
-    let of = |says: &str, order: f64, fits: Vec<Option<f64>>, first: String, rest: &str| {
+    let shown = |of: &Observed| fitted(of.fit, "no fit");
+    let of = |says: &str, order: f64, fits: Vec<Option<f64>>, first: Text, rest: Text| {
         let pairs = || variants().zip(&fits);
         let large: Vec<Option<f64>> = pairs()
             .filter(|(v, _)| v.gamma0 >= LARGE)
@@ -123,39 +127,43 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
         if order == 1.5 && holds == Some(false) && weighted().any(|fit| is_near(fit, order)) {
             holds = None;
         }
-        let apart: Vec<String> = pairs()
+        let apart: Vec<Text> = pairs()
             .filter(|(_, fit)| !is_near(**fit, order))
             .map(|(v, fit)| {
-                let fit = fit.map_or("none".into(), |fit| format!("{fit:.2}"));
-                format!("{fit} ({}, γ₀ = {})", v.mesh, v.gamma0)
+                let gamma0 = Number::exact(v.gamma0);
+                let fit = fitted(*fit, "none");
+                text!("{} ({}, γ₀ = {})", fit, v.mesh.to_string(), gamma0)
             })
             .collect();
         let others = match (apart.len(), fits.len()) {
-            (0, all) => format!("so for all {all} pairs of mesh and γ₀"),
+            (0, all) => text!("so for all {} pairs of mesh and γ₀", all),
             (some, all) => {
                 let near = match all - some {
                     0 => "none".to_owned(),
                     near => near.to_string(),
                 };
-                format!(
-                    "{near} of {all} pairs of mesh and γ₀ within {NEAR} of it, not: {}",
-                    apart.join(", ")
+                text!(
+                    "{} of {} pairs of mesh and γ₀ within {} of it, not: {}",
+                    near,
+                    all,
+                    Number::exact(NEAR),
+                    Text::joined(apart, ", ")
                 )
             }
         };
-        statement(e, says, holds, format!("{first}; {others}{rest}"))
+        statement(e, says, holds, text!("{}; {}{}", first, others, rest))
     };
     let fits = |value: fn(&Variant) -> &Observed| variants().map(|v| value(v).fit).collect();
     let to = |fine: &Observed, exact: &Observed| {
-        format!(
+        text!(
             "fit {} to the fine P2 solution, {} to the mesh-free one",
             shown(fine),
             shown(exact)
         )
     };
     let steps = |of: &Observed| {
-        let steps: Vec<String> = of.steps.iter().map(|s| format!("{s:.2}")).collect();
-        steps.join(", ")
+        let steps = of.steps.iter().map(|s| Number::fixed(*s, 2));
+        Text::joined(steps, ", ")
     };
     let other = variants().find(|v| v.mesh == Pattern::Exchanged && v.gamma0 == e.gamma0);
     vec![
@@ -164,40 +172,44 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
             1.0,
             fits(|v| &v.h1),
             to(&series.h1_to_fine, &series.h1),
-            "",
+            Text::default(),
         ),
         of(
             "the relative L² error has order 2",
             2.0,
             fits(|v| &v.l2),
             to(&series.l2_to_fine, &series.l2),
-            ". Where γ₀ is small the flux of order hf/γ₀ on the free part takes the second order; Theorem 5.1 bounds the H¹ error alone",
+            text!(
+                ". Where γ₀ is small the flux of order hf/γ₀ on the free part takes the second order; Theorem 5.1 bounds the H¹ error alone"
+            ),
         ),
         of(
             "‖u_h + [P(u_h)]₊‖ on Γ_C has an order close to 3/2",
             1.5,
             fits(|v| &v.residual),
-            format!(
+            text!(
                 "fit {}, from mesh to mesh {}{}",
                 shown(&series.residual),
                 steps(&series.residual),
-                other.map_or(String::new(), |v| format!(
+                other.map(|v| text!(
                     "; with the diagonals exchanged {} ({})",
                     shown(&v.residual),
                     steps(&v.residual)
                 ))
             ),
-            &format!(
+            text!(
                 ". With the weight γ^(-1/2) of (5.12), which promises 1 at least, the fit is {}{}, which may be what was plotted: the step from mesh to mesh depends on where \
                  the end of contact lies in its face",
                 shown(&series.weighted_residual),
-                other.map_or(String::new(), |v| format!(
-                    " and {}",
-                    shown(&v.weighted_residual)
-                )),
+                other.map(|v| text!(" and {}", shown(&v.weighted_residual))),
             ),
         ),
     ]
+}
+
+/// A fitted order, or what is said where there is none.
+fn fitted(fit: Option<f64>, none: &str) -> Text {
+    fit.map_or(none.into(), |fit| Number::fixed(fit, 2).into())
 }
 
 fn is_near(fit: Option<f64>, order: f64) -> bool {
@@ -226,19 +238,15 @@ fn conforming(e: &ExampleOutcome, request: &PaperRequest) -> Option<Statement> {
     let cr = e.series.first()?.levels.last()?.errors.h1;
     let fits: Vec<Option<f64>> = of.iter().map(|v| v.h1.fit).collect();
     let works = of.iter().all(|v| v.converged);
-    let words: Vec<String> = of
-        .iter()
-        .map(|v| {
-            let fit = |o: &Observed| o.fit.map_or("none".into(), |fit| format!("{fit:.2}"));
-            format!(
-                "{}: order {} in H¹, {} in L², H¹ error {:.1e} on the finest mesh",
-                v.mesh,
-                fit(&v.h1),
-                fit(&v.l2),
-                last(v)
-            )
-        })
-        .collect();
+    let words = of.iter().map(|v| {
+        text!(
+            "{}: order {} in H¹, {} in L², H¹ error {} on the finest mesh",
+            v.mesh.to_string(),
+            fitted(v.h1.fit, "none"),
+            fitted(v.l2.fit, "none"),
+            Number::new(last(v), 2)
+        )
+    });
     Some(Statement {
         section: "7",
         ..statement(
@@ -248,10 +256,11 @@ fn conforming(e: &ExampleOutcome, request: &PaperRequest) -> Option<Statement> {
             robust(&fits, 1.0)
                 .map(|ordered| ordered && works && of.iter().all(|v| last(v) <= 1.1 * cr))
                 .filter(|holds| *holds || request.n == MESHES),
-            format!(
-                "{} ({}), where CR has {cr:.1e}",
-                words.join("; "),
-                first.method
+            text!(
+                "{} ({}), where CR has {}",
+                Text::joined(words, "; "),
+                &first.method,
+                Number::new(cr, 2)
             ),
         )
     })
@@ -265,14 +274,16 @@ fn reference(e: &ExampleOutcome) -> Statement {
         (Some(p2), Some(cr)) => {
             let (h1, l2) = (p2.h1 / cr.errors.h1, p2.l2 / cr.errors.l2);
             let [low, high] = e.fine.predicted;
-            let found = format!(
-                "its errors are {:.1e} in H¹ and {:.1e} in L²: {:.2} % and {:.2} % of those of CR at n = {}; its own last step predicts \
-                 {low:.1e} to {high:.1e} in H¹",
-                p2.h1,
-                p2.l2,
-                100.0 * h1,
-                100.0 * l2,
+            let found = text!(
+                "its errors are {} in H¹ and {} in L²: {} % and {} % of those of CR at n = {}; its own last step predicts \
+                 {} to {} in H¹",
+                Number::new(p2.h1, 2),
+                Number::new(p2.l2, 2),
+                Number::fixed(100.0 * h1, 2),
+                Number::fixed(100.0 * l2, 2),
                 cr.n,
+                Number::new(low, 2),
+                Number::new(high, 2)
             );
             (h1, l2, found)
         }
@@ -281,7 +292,11 @@ fn reference(e: &ExampleOutcome) -> Statement {
     let n = e.fine.n.last().copied().unwrap_or_default();
     statement(
         e,
-        format!("P2 on {n} × {n} can stand for the unknown solution (its errors under 10 %)"),
+        text!(
+            "P2 on {} × {} can stand for the unknown solution (its errors under 10 %)",
+            n,
+            n
+        ),
         share_h1 < 0.1 && share_l2 < 0.1,
         found,
     )
@@ -311,28 +326,30 @@ fn iterations(
             .map(|(name, count)| format!("{name} {count}"))
             .collect();
         let found = match (exact, first) {
-            (Some(t), _) => format!(
+            (Some(t), _) => text!(
                 "{} with γ = {} on the {} meshes gives just these",
-                t.iteration, t.gamma, t.mesh
+                t.iteration.to_string(),
+                &t.gamma,
+                t.mesh.to_string()
             ),
-            (None, Some(t)) => format!(
-                "of {} trials (splitting, γ, mesh) none gives them; the nearest, {} with γ = {} on the {} meshes, takes {}, off by {:.0} % \
-                 at most. Within {:.0} % everywhere are: {}. The {} at n = 32 stays unexplained; γ₀, splitting and start are not stated",
+            (None, Some(t)) => text!(
+                "of {} trials (splitting, γ, mesh) none gives them; the nearest, {} with γ = {} on the {} meshes, takes {}, off by {} % \
+                 at most. Within {} % everywhere are: {}. The {} at n = 32 stays unexplained; γ₀, splitting and start are not stated",
                 search.tried,
-                t.iteration,
-                t.gamma,
-                t.mesh,
+                t.iteration.to_string(),
+                &t.gamma,
+                t.mesh.to_string(),
                 list(&t.iterations),
-                100.0 * t.off,
-                100.0 * FAR,
+                Number::fixed(100.0 * t.off, 0),
+                Number::fixed(100.0 * FAR, 0),
                 by.join(", "),
                 ITERATIONS[1],
             ),
-            (None, None) => format!("none of {} trials comes near", search.tried),
+            (None, None) => text!("none of {} trials comes near", search.tried),
         };
         all.push(statement(
             example,
-            format!("the fixed point takes {} iterations", list(&ITERATIONS)),
+            text!("the fixed point takes {} iterations", list(&ITERATIONS)),
             exact.map(|_| true),
             found,
         ));
@@ -363,10 +380,11 @@ fn iterations(
         });
         all.push(statement(
             example,
-            format!("the fine solution takes {FINE_ITERATIONS} fixed point iterations"),
+            text!("the fine solution takes {} fixed point iterations", &FINE_ITERATIONS),
             None,
-            format!(
-                "semismooth Newton {newton}; the splitting that is nearest for CR takes on P2 {}, and is not run on the fine mesh",
+            text!(
+                "semismooth Newton {}; the splitting that is nearest for CR takes on P2 {}, and is not run on the fine mesh",
+                newton,
                 on_p2.join("; ")
             ),
         ));

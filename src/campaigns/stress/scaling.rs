@@ -1,7 +1,8 @@
 //! Extremes of units: the same problem with γ₀ over 24 decades, with data and domain scaled, and far from the origin.
 
-use super::trial::{Place, Trial, rewritten};
+use super::trial::{Place, Trial, rewritten, ten};
 use crate::run::Variation;
+use crate::text::{Text, text};
 use faceoff_fem::scene::{Data, Expression, MeshSource, Scene};
 use faceoff_mesh::error::Result;
 
@@ -24,9 +25,9 @@ pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
         other => other.n().unwrap_or(N),
     };
     let home = Place::of(scene, Some(n).filter(|_| scene.source().n().is_some()))?;
-    let named = |value: String| format!("{value} ({})", scene.name());
+    let named = |sign: &str, k: i32| text!("{}{} ({})", sign, ten(k), scene.name());
     let mut all = Vec::new();
-    let mut add = |family, value: String, extreme: Place, scale: f64| {
+    let mut add = |family, value: Text, extreme: Place, scale: f64| {
         let mut trial = Trial::new(family, value, extreme);
         trial.home = Some(home.clone());
         trial.scale = scale;
@@ -36,21 +37,21 @@ pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
     for k in GAMMAS {
         let mut extreme = home.clone();
         extreme.variation = Some(Variation::Gamma0(10.0_f64.powi(k)));
-        add("gamma0", named(format!("1e{k}")), extreme, 1.0);
+        add("gamma0", named("", k), extreme, 1.0);
     }
     for k in DATA {
         let mut extreme = home.clone();
         let scale = 10.0_f64.powi(k);
         extreme.scene = scene.with_data(scaled_data(scene.data(), scale)?);
-        add("data", named(format!("× 1e{k}")), extreme, scale);
+        add("data", named("× ", k), extreme, scale);
     }
     for k in DOMAINS {
         let extreme = moved(&home, 10.0_f64.powi(k), 0.0)?;
-        add("domain", named(format!("× 1e{k}")), extreme, 1.0);
+        add("domain", named("× ", k), extreme, 1.0);
     }
     for k in SHIFTS {
         let extreme = moved(&home, 1.0, 10.0_f64.powi(k))?;
-        add("shift", named(format!("+ 1e{k}")), extreme, 1.0);
+        add("shift", named("+ ", k), extreme, 1.0);
     }
     Ok(all)
 }

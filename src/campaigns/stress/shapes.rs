@@ -1,7 +1,8 @@
 //! Extremes of cells, on problems whose solution is linear: every method but the penalty has it exactly, so that what is
 //! seen is rounding.
 
-use super::trial::{Place, Trial};
+use super::trial::{Place, Trial, ten};
+use crate::text::{Text, text};
 use faceoff_fem::scene::{GroupName, Scene};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::generate::union_jack;
@@ -27,15 +28,15 @@ pub fn trials() -> Result<Vec<Trial>> {
     for (name, u) in [("pressed", "y"), ("free", "x-3")] {
         let scene = linear(name, u, &sides, &[])?;
         let square = Place::on(scene.clone(), "square", union_jack(N, [1.0; 2]));
-        let mut add = |family, value: String, mesh: Mesh| {
-            let value = format!("{value} ({})", scene.name());
+        let mut add = |family, value: Text, mesh: Mesh| {
+            let value = text!("{} ({})", value, scene.name());
             let mut trial = Trial::new(family, value, Place::on(scene.clone(), family, mesh));
             trial.reference = Some(square.clone());
             all.push(trial);
         };
         for k in [2, 4, 6, 8] {
             let small = 10.0_f64.powi(-k);
-            let one_in = format!("1:1e{k}");
+            let one_in = text!("1:{}", ten(k));
             add("flat", one_in.clone(), union_jack(N, [1.0, small]));
             add("tall", one_in.clone(), union_jack(N, [small, 1.0]));
             add("first layer", one_in.clone(), layer(1, small));

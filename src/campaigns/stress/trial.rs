@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::engine::Settings;
 use crate::run::{Setup, Variation};
+use crate::text::{Number, Text};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::{Expression, Scene};
 use faceoff_mesh::error::{Error, Result};
@@ -24,7 +25,7 @@ pub struct Trial {
     /// What is extreme.
     pub family: &'static str,
     /// How extreme.
-    pub value: String,
+    pub value: Text,
     /// What is solved.
     pub extreme: Place,
     /// The problem in whose units the answer is judged, with the exact solution: the same cells in the same order. None:
@@ -46,9 +47,15 @@ pub struct Trial {
     pub is_heavy: bool,
 }
 
+/// 10^exponent in a sentence.
+pub fn ten(exponent: i32) -> Number {
+    // Its digits are those of the power itself, which a product of tens may miss.
+    Number::power(format!("1e{exponent}").parse().unwrap_or(f64::NAN))
+}
+
 impl Trial {
     /// A trial that is judged by itself and compared with `reference`.
-    pub fn new(family: &'static str, value: impl Into<String>, extreme: Place) -> Self {
+    pub fn new(family: &'static str, value: impl Into<Text>, extreme: Place) -> Self {
         Trial {
             family,
             value: value.into(),

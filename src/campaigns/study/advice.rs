@@ -1,5 +1,5 @@
 //! Advice: for an error that is wanted, what was measured to reach it in the least time, and the command that does it again.
-//! Nothing is interpolated: `targets` has measured each of these settings as it is advised.
+//! Nothing is interpolated: each of these settings was measured, by `targets` as it is advised where the budget had room for that.
 
 use serde::Serialize;
 
@@ -23,6 +23,8 @@ pub enum Norm {
 pub const NORMS: [Norm; 2] = [Norm::Energy, Norm::L2];
 /// Errors that advice is given for.
 pub const TARGETS: [f64; 10] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 1e-4, 1e-5];
+/// A command may take so many times as long as a solve within this process, which has its memory and threads already.
+const WARM: f64 = 3.0;
 
 /// How to reach an error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -60,8 +62,11 @@ pub struct Alternative {
     pub is_bound: bool,
     /// The median of its repetitions, without start-up, or that of a finer mesh which took less.
     pub seconds: f64,
-    /// As [`Row::memory_mb`].
+    /// Peak of its process, where it had one of its own.
     pub memory_mb: Option<f64>,
+    /// Was it measured by the command that is advised, or one like it, in a process of its own?
+    #[serde(skip)]
+    pub is_repeatable: bool,
 }
 
 impl Alternative {
@@ -75,7 +80,9 @@ impl Alternative {
             error: row.error(norm)?,
             is_bound: norm == Norm::Energy && row.h1.is_none(),
             seconds,
-            memory_mb: row.memory_mb,
+            // Of a solve within this process it would be what the process did not hold yet.
+            memory_mb: row.memory_mb.filter(|_| is_repeatable(row)),
+            is_repeatable: is_repeatable(row),
         })
     }
 
@@ -95,66 +102,90 @@ impl Alternative {
     }
 }
 
-/// Advice for every target that some measured row reaches.
+/// Advice for every target that some measured row reaches. No target costs an engine more than a smaller error does.
 pub fn advise(request: &StudyRequest, rows: &[Row]) -> Vec<Advice> {
     let mut all = Vec::new();
     for subject in &request.subjects {
+        let is_counted = |row: &&Row| {
+            let kinds = [Varied::Target, Varied::Mesh, Varied::Adaptive];
+            row.scene == subject.scene.name() && row.converged && kinds.contains(&row.varied)
+        };
+        let measured: Vec<&Row> = rows.iter().filter(is_counted).collect();
         for norm in NORMS {
-            for target in TARGETS {
-                all.extend(one(request, rows, subject, norm, target));
+            let mut kept: Vec<(&Row, f64)> = Vec::new();
+            let mut of_norm = Vec::new();
+            for target in TARGETS.into_iter().rev() {
+                for (row, seconds) in fastest(&measured, norm, target) {
+                    match kept
+                        .iter_mut()
+                        .find(|(other, _)| other.engine == row.engine)
+                    {
+                        Some(other) if seconds < other.1 => *other = (row, seconds),
+                        Some(_) => {}
+                        None => kept.push((row, seconds)),
+                    }
+                }
+                kept.sort_by(|a, b| a.1.total_cmp(&b.1));
+                of_norm.extend(one(request, subject, (norm, target), &kept));
             }
+            all.extend(of_norm.into_iter().rev());
         }
     }
     all
 }
 
-fn one(
-    request: &StudyRequest,
-    rows: &[Row],
-    subject: &Subject,
-    norm: Norm,
-    target: f64,
-) -> Option<Advice> {
-    let reaches = |row: &&Row| {
-        row.scene == subject.scene.name()
-            && row.converged
-            && row.error(norm).is_some_and(|error| error <= target)
+/// The fastest row of each engine that reaches a target, and its time. Solves within this process are warm: one stands for the
+/// Rust engine where no command was run that is about as fast.
+fn fastest<'r>(measured: &[&'r Row], norm: Norm, target: f64) -> Vec<(&'r Row, f64)> {
+    let reaches = |row: &&Row| row.error(norm).is_some_and(|error| error <= target);
+    let mut found: Vec<(&Row, f64)> = Vec::new();
+    let weight = |row: &Row, seconds: f64| match is_repeatable(row) {
+        true => seconds,
+        false => WARM * seconds,
     };
-    // Other engines are asked for no mesh of their own.
-    let counts = |row: &&Row| {
-        let varied = if row.engine == engine::OWN {
-            Varied::Target
-        } else {
-            Varied::Mesh
-        };
-        row.varied == varied
-    };
-    let measured: Vec<&Row> = rows.iter().filter(counts).collect();
-    let mut fast: Vec<&Row> = measured.iter().copied().filter(reaches).collect();
-    fast.sort_by(|a, b| cost(a, &measured).total_cmp(&cost(b, &measured)));
-    let mut kept: Vec<&Row> = Vec::new();
-    for row in fast {
-        if kept.iter().all(|other| other.engine != row.engine) {
-            kept.push(row);
+    for row in measured.iter().copied().filter(reaches) {
+        let seconds = cost(row, measured);
+        match found
+            .iter_mut()
+            .find(|(other, _)| other.engine == row.engine)
+        {
+            Some((other, of)) if weight(row, seconds) < weight(other, *of) => {
+                (*other, *of) = (row, seconds);
+            }
+            Some(_) => {}
+            None => found.push((row, seconds)),
         }
     }
-    let best = *kept.first()?;
-    let others = kept[1..].iter();
+    found
+}
+
+/// Was it measured in a process of its own?
+fn is_repeatable(row: &Row) -> bool {
+    row.engine != engine::OWN || row.varied == Varied::Target
+}
+
+/// Advice from the way of each engine, by rising time.
+fn one(
+    request: &StudyRequest,
+    subject: &Subject,
+    (norm, target): (Norm, f64),
+    ways: &[(&Row, f64)],
+) -> Option<Advice> {
+    let of = |&(row, seconds): &(&Row, f64)| Alternative::new(row, norm, seconds);
+    let (best, others) = ways.split_first()?;
     Some(Advice {
         scene: subject.scene.name().to_owned(),
         norm,
         target,
-        best: Alternative::new(best, norm, cost(best, &measured))?,
-        others: others
-            .filter_map(|row| Alternative::new(row, norm, cost(row, &measured)))
-            .collect(),
-        command: format!("faceoff {}", quoted(words(request, subject, best))),
+        best: of(best)?,
+        others: others.iter().filter_map(of).collect(),
+        command: format!("faceoff {}", quoted(words(request, subject, best.0))),
     })
 }
 
 /// The least time in which a row's mesh or a finer one was solved in the same way: noise makes no mesh dearer than a finer one.
 fn cost(row: &Row, measured: &[&Row]) -> f64 {
-    let way = |row: &Row| (row.accuracy.is_some(), row.tolerance);
+    let way = |row: &Row| (row.accuracy.is_some(), row.tolerance, is_repeatable(row));
     let alike = |other: &&&Row| {
         other.track() == row.track() && way(other) == way(row) && other.cells >= row.cells
     };
@@ -250,7 +281,74 @@ pub fn duration(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::row::sample;
     use super::*;
+    use faceoff_fem::scene::Scene;
+
+    fn request() -> StudyRequest {
+        let scene = Scene::find("manufactured-3").unwrap();
+        StudyRequest {
+            subjects: vec![Subject::new("manufactured-3", scene, false).unwrap()],
+            methods: Vec::new(),
+            engines: Vec::new(),
+            budget: std::time::Duration::from_secs(8),
+            finest: 64,
+            settings: engine::Settings::default(),
+            journal: None,
+            follow: None,
+        }
+    }
+
+    fn row(engine: &str, varied: Varied, n: usize, error: f64, seconds: f64) -> Row {
+        Row {
+            scene: "manufactured-3".into(),
+            engine: engine.into(),
+            n: Some(n),
+            cells: 2 * n * n,
+            ..sample(varied, error, seconds)
+        }
+    }
+
+    /// What every engine needs for an error, in ms, the fastest first.
+    fn needed(rows: &[Row], target: f64) -> Vec<(String, f64)> {
+        let advice = advise(&request(), rows);
+        let of = advice
+            .into_iter()
+            .find(|a| a.target == target && a.norm == Norm::Energy);
+        let ways = of
+            .into_iter()
+            .flat_map(|a| [a.best].into_iter().chain(a.others));
+        ways.map(|way| (way.engine, (1e3 * way.seconds).round()))
+            .collect()
+    }
+
+    #[test]
+    fn every_measured_row_counts_where_no_command_was_run() {
+        let mut rows = vec![
+            row("freefem", Varied::Mesh, 16, 0.009, 0.051),
+            row("rust", Varied::Mesh, 16, 0.009, 0.007),
+            row("rust", Varied::Mesh, 8, 0.09, 0.003),
+            row("rust", Varied::Target, 8, 0.09, 0.004),
+            row("rust", Varied::LoadQuadrature, 8, 0.001, 0.001),
+        ];
+        let both = [("rust".to_owned(), 7.0), ("freefem".to_owned(), 51.0)];
+        assert_eq!(needed(&rows, 0.01), both);
+        // A command that was run has the time that one may expect; one that reaches the error by far does not.
+        assert_eq!(needed(&rows, 0.1)[0], ("rust".to_owned(), 4.0));
+        rows.push(row("rust", Varied::Target, 64, 0.001, 0.100));
+        assert_eq!(needed(&rows, 0.01), both);
+        rows.push(row("rust", Varied::Target, 15, 0.0095, 0.010));
+        assert_eq!(needed(&rows, 0.01)[0], ("rust".to_owned(), 10.0));
+    }
+
+    #[test]
+    fn no_error_costs_more_than_a_smaller_one() {
+        let rows = [
+            row("rust", Varied::Target, 8, 0.09, 0.007),
+            row("rust", Varied::Mesh, 16, 0.009, 0.005),
+        ];
+        assert_eq!([0.1, 0.01].map(|of| needed(&rows, of)[0].1), [5.0; 2]);
+    }
 
     #[test]
     fn sentences_are_short() {

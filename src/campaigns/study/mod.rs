@@ -29,7 +29,7 @@ pub use row::{Row, Times, Varied};
 pub use scaling::Scaling;
 pub use subject::Subject;
 pub use targets::{Follow, Followed};
-pub use waste::{Waste, value};
+pub use waste::{HARMLESS, Waste, value};
 
 use crate::engine::{Engine, Machine, Settings};
 use faceoff_fem::contact::Method;

@@ -22,6 +22,8 @@ const FINER: f64 = 1.04;
 /// How often a command is followed, and the seconds after which it is enough.
 const FOLLOWED: usize = 5;
 const LONG_ENOUGH: f64 = 3.0;
+/// Seconds that a process may take to start.
+const START: f64 = 0.1;
 /// A looser tolerance is advised where it takes this part of the time off.
 const WORTH: f64 = 1.02;
 
@@ -77,7 +79,9 @@ impl Campaign<'_> {
         let fastest = ways.first().map_or(0.0, |way| way.seconds);
         ways.retain(|way| way.seconds <= CLOSE * fastest);
         for way in ways {
-            if !self.allows(campaign::TARGETS, way.cost + LONG_ENOUGH.max(way.seconds)) {
+            let run = way.seconds + START;
+            let runs = (FOLLOWED as f64 * run).min(LONG_ENOUGH + run);
+            if !self.allows(campaign::TARGETS, way.cost + runs) {
                 let name = subject.scene.name();
                 let what = format!("{name}, {}, advice for {target:e}", way.method);
                 self.leave_out(what, "the budget was spent");

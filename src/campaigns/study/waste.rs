@@ -6,7 +6,7 @@ use super::NORMS;
 use super::row::{Row, Varied, tracks};
 
 /// An error that is larger by less than this part is the same.
-const HARMLESS: f64 = 0.01;
+pub const HARMLESS: f64 = 0.01;
 
 /// One setting over its values, of one method on one mesh.
 #[derive(Debug, Clone, Serialize)]
@@ -25,6 +25,9 @@ pub struct Waste {
     pub most_exact: String,
     /// How many times longer it takes than `enough`.
     pub time_ratio: f64,
+    /// Between the fastest of its repetitions over the slowest of those of `enough`, and the slowest over the fastest.
+    #[serde(skip)]
+    pub time_range: [f64; 2],
     /// By what part an error is larger with the worst value.
     pub worst_change: f64,
 }
@@ -54,6 +57,10 @@ pub fn waste(rows: &[Row]) -> Vec<Waste> {
             enough: value(enough),
             most_exact: value(exact),
             time_ratio: exact.seconds.median / enough.seconds.median,
+            time_range: [
+                exact.seconds.least / enough.seconds.most,
+                exact.seconds.most / enough.seconds.least,
+            ],
             worst_change: track.iter().map(|r| change(r)).fold(0.0, f64::max),
         })
     };

@@ -164,15 +164,24 @@ impl VerifyOutcome {
         })
     }
 
+    /// Every answer of every case.
+    pub fn answers(&self) -> impl Iterator<Item = &EngineOutcome> + Clone {
+        self.cases.iter().flat_map(|case| &case.engines)
+    }
+
+    /// Every field of every two answers of every case.
+    pub fn pairs(&self) -> impl Iterator<Item = &PairOutcome> + Clone {
+        self.cases.iter().flat_map(|case| &case.pairs)
+    }
+
     /// The engines that answered anything.
     pub fn engines(&self) -> Vec<&str> {
-        let answers = self.cases.iter().flat_map(|c| &c.engines);
-        unique(answers.map(|e| &*e.engine))
+        unique(self.answers().map(|e| &*e.engine))
     }
 
     /// Those whose answers do not all solve their schemes.
     pub fn at_fault(&self) -> Vec<&str> {
-        let answers = self.cases.iter().flat_map(|c| &c.engines);
+        let answers = self.answers();
         unique(answers.filter(|e| !e.verdict.passes()).map(|e| &*e.engine))
     }
 

@@ -50,13 +50,7 @@ impl Run<'_> {
 
     fn checked(&self) -> Html {
         let outcome = self.outcome;
-        let names = unique(
-            outcome
-                .cases
-                .iter()
-                .flat_map(|c| &c.pairs)
-                .map(|p| &*p.field.field),
-        );
+        let names = unique(outcome.pairs().map(|p| &*p.field.field));
         let words = |name: &str| match name {
             "mean" => "face means".to_owned(),
             "jump" => "jumps".into(),
@@ -66,12 +60,7 @@ impl Run<'_> {
         };
         let names: Vec<String> = names.into_iter().map(words).collect();
         let count: usize = outcome.cases.iter().map(|c| c.pairs.len()).sum();
-        let residual = outcome
-            .cases
-            .iter()
-            .flat_map(|c| &c.engines)
-            .map(|e| e.residual)
-            .fold(0.0, f64::max);
+        let residual = outcome.answers().map(|e| e.residual).fold(0.0, f64::max);
         let mut items = vec![
             text!("{}: {} fields of pairs", names.join(", "), whole(count)),
             text!(

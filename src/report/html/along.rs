@@ -5,11 +5,12 @@ use std::fmt::Write as _;
 
 use super::Html;
 use super::chain::Chain;
+use super::chart::Chart;
 use super::markup::{division, escape, figure};
 use super::plane::{NARROWEST, WIDEST, drawing, position, word};
 use super::residual::Put;
 use crate::text::number::{place, size};
-use crate::text::text;
+use crate::text::{Text, text};
 use faceoff_fem::contact::{Problem, face_fields};
 use faceoff_mesh::field::FaceFields;
 
@@ -47,25 +48,6 @@ pub(in crate::report) fn along_one(put: Put, tolerance: f64, is_faulty: bool) ->
     match drawn == Html::default() {
         true => drawn,
         false => super::titled(text!("Along Γ_C"), drawn),
-    }
-}
-
-/// A panel's frame: values to heights.
-pub(super) struct Panel {
-    pub top: f64,
-    pub height: f64,
-    pub low: f64,
-    pub high: f64,
-}
-
-impl Panel {
-    pub fn y(&self, value: f64) -> f64 {
-        let share = (self.high - value.clamp(self.low, self.high)) / (self.high - self.low);
-        self.top + self.height * share
-    }
-
-    pub fn log(&self, value: f64) -> f64 {
-        self.y(if value > 0.0 { value.log10() } else { self.low })
     }
 }
 
@@ -142,42 +124,14 @@ impl Sheet<'_> {
         (from, ends.fold(f64::NEG_INFINITY, |high, e| high.max(e.1)))
     }
 
-    pub fn title(&mut self, words: &str) {
-        self.svg += &word("t b", [0.0, self.at], words);
+    /// A chart of this height under its title.
+    pub fn panel(&mut self, title: impl Into<Text>, height: f64, chart: &Chart) {
+        self.svg += &word("t b", [0.0, self.at], title);
         self.at += 8.0;
-    }
-
-    /// A word on the right, where there is room.
-    pub fn tag(&mut self, words: &str, y: f64, class: &str) {
-        if !self.is_narrow {
-            self.svg += &word(&format!("t {class}"), [self.right + 8.0, y], words);
-        }
-    }
-
-    /// A line through positions and heights; points that are nearer than a line is wide are left out.
-    pub fn line_through(&self, points: impl Iterator<Item = (f64, f64)>) -> String {
-        let (mut path, mut last) = (String::new(), f64::NEG_INFINITY);
-        for (s, y) in points {
-            let x = self.x(s);
-            if (x - last).abs() >= 0.6 {
-                let _ = write!(
-                    path,
-                    "{}{x:.1} {y:.1}",
-                    if path.is_empty() { 'M' } else { 'L' }
-                );
-                last = x;
-            }
-        }
-        path
-    }
-
-    pub fn line(&mut self, class: &str, y: f64, label: &str) {
-        let right = self.right;
-        let _ = write!(
-            self.svg,
-            "<path class=\"{class}\" d=\"M{LEFT} {y:.1}H{right}\"/>"
-        );
-        self.svg += &word("t e", [LEFT - 6.0, y + 3.5], label);
+        let frame = [LEFT, self.at, self.right, self.at + height];
+        let (from, to) = self.ends();
+        self.svg += &chart.strip(frame, [from, to], !self.is_narrow);
+        self.at += height + 24.0;
     }
 
     /// Marks the faces that are to blame, from top to bottom; its place in the drawing is the first.
@@ -205,7 +159,7 @@ impl Sheet<'_> {
     /// The positions, what each face tells where one points at it, and the end of the band.
     fn positions(&mut self) {
         let (from, to) = self.ends();
-        let y = self.at + 16.0;
+        let y = self.at - 8.0;
         for k in 0..=4 {
             let s = from + (to - from) * f64::from(k) / 4.0;
             self.svg += &word("t m", [self.x(s), y], &position(s, to - from));

@@ -1,5 +1,8 @@
 //! Charts of errors over meshes, times or parameters: each is described once and drawn for the width of its page.
 
+mod scale;
+
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use super::Html;
@@ -7,7 +10,10 @@ use super::markup::{division, escape, figure};
 use super::plane::{NARROWEST, Picture, word};
 use crate::engine::unique;
 use crate::text::Text;
-use crate::text::number::{number, power_of_ten, trimmed};
+pub(in crate::report) use scale::Axis;
+use scale::Scale;
+#[cfg(test)]
+use scale::decades;
 
 /// The classes of a line and of what it fills; red is for what is wrong.
 pub(in crate::report) const COLOURS: [[&str; 2]; 5] = [
@@ -41,6 +47,8 @@ const NARROW: f64 = 320.0;
 /// The height of a line of text, and the mean width of its letters.
 const LINE: f64 = 13.0;
 const LETTER: f64 = 6.1;
+/// More dots than these stand on a coarser grid.
+const FINE: usize = 5_000;
 /// Places that are tried for a label, half a line from one to the next.
 const SHIFTS: i32 = 15;
 
@@ -52,25 +60,18 @@ pub(in crate::report) struct Chart {
     pub x: Axis,
     pub y: Axis,
     pub lines: Vec<Line>,
+    /// Dots too many for marks of their own, below all lines.
+    pub clouds: Vec<Cloud>,
     /// Dotted: above all points the first of several, below them the last.
     pub slopes: Vec<Slope>,
     /// Dotted: what nothing beats in both, by rising x.
     pub front: Vec<[f64; 2]>,
     /// Dashed lines across, and their names.
     pub levels: Vec<(f64, &'static str)>,
+    /// Grey from top to bottom: ranges of x.
+    pub shades: Vec<[f64; 2]>,
     /// Dashed lines from top to bottom, where something is missing, and what.
     pub gaps: Vec<(f64, String)>,
-}
-
-/// Logarithmic unless it is said to be linear.
-#[derive(Default)]
-pub(in crate::report) struct Axis {
-    pub name: String,
-    pub is_linear: bool,
-    /// What is labelled; empty: powers of ten.
-    pub at: Vec<(f64, String)>,
-    /// What is labelled besides.
-    pub also: Option<(f64, &'static str)>,
 }
 
 #[derive(Default)]
@@ -87,6 +88,15 @@ pub(in crate::report) struct Line {
     /// 1 unless lines may lie upon each other; 0: marks only.
     pub thickness: f64,
     pub points: Vec<Point>,
+}
+
+/// Dots of one class.
+#[derive(Default)]
+pub(in crate::report) struct Cloud {
+    pub fill: &'static str,
+    /// How large a dot is.
+    pub side: f64,
+    pub points: Vec<[f64; 2]>,
 }
 
 #[derive(Default)]
@@ -138,111 +148,24 @@ impl Line {
     }
 }
 
-impl Axis {
-    pub fn new(name: &str) -> Self {
-        Axis {
-            name: name.to_owned(),
-            ..Axis::default()
+impl Cloud {
+    /// Of many dots those that touch are one line.
+    fn svg(&self, x: &Scale, y: &Scale) -> String {
+        let grain = if self.points.len() > FINE { 2.0 } else { 1.0 };
+        let place =
+            |[a, b]: &[f64; 2]| [y.inside(*b), x.inside(*a)].map(|at| (at / grain).round() as i64);
+        let seen: BTreeSet<[i64; 2]> = self.points.iter().map(place).collect();
+        let seen: Vec<[i64; 2]> = seen.into_iter().collect();
+        let mut path = String::new();
+        for run in seen.chunk_by(|a, b| a[0] == b[0] && b[1] == a[1] + 1) {
+            let side = self.side;
+            let [y, x] = run[0].map(|at| at as f64 * grain - 0.5 * side);
+            let length = (run.len() - 1) as f64 * grain + side;
+            let _ = write!(path, "M{x:.1} {y:.1}h{length:.1}v{side}h-{length:.1}z");
         }
+        let fill = self.fill;
+        format!("<path class=\"{fill}\" opacity=\".55\" d=\"{path}\"/>")
     }
-
-    fn shows(&self, value: f64) -> bool {
-        value.is_finite() && (self.is_linear || value > 0.0) && value.abs() < 1e100
-    }
-
-    /// Numbers to be labelled, with their labels.
-    fn ticks(&self, scale: &Scale) -> Vec<(f64, String)> {
-        let [low, high] = scale.values();
-        let room = 1e-9 * (high - low);
-        let all = match self.at.is_empty() {
-            true => decades(low, high),
-            false => self.at.clone(),
-        };
-        let inside = |t: &(f64, String)| (low - room..=high + room).contains(&t.0);
-        let mut all: Vec<(f64, String)> = all.into_iter().filter(inside).collect();
-        if let Some((value, name)) = self.also {
-            all.retain(|(at, _)| (at / value).log10().abs() > 0.5);
-            all.push((value, name.to_owned()));
-        }
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all
-    }
-}
-
-/// From values to places.
-struct Scale {
-    ends: [f64; 2],
-    places: [f64; 2],
-    is_linear: bool,
-}
-
-impl Scale {
-    /// About all values, with some room.
-    fn new(axis: &Axis, values: impl Iterator<Item = f64>, places: [f64; 2]) -> Option<Self> {
-        let of = |v: f64| if axis.is_linear { v } else { v.log10() };
-        let ends = values.filter(|v| axis.shows(*v)).map(of);
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = ends.fold(none, |(l, h), v| (l.min(v), h.max(v)));
-        if !low.is_finite() {
-            return None;
-        }
-        let room = if high > low { 0.04 * (high - low) } else { 0.5 };
-        Some(Scale {
-            ends: [low - room, high + room],
-            places,
-            is_linear: axis.is_linear,
-        })
-    }
-
-    fn at(&self, value: f64) -> f64 {
-        let value = if self.is_linear { value } else { value.log10() };
-        let share = (value - self.ends[0]) / (self.ends[1] - self.ends[0]);
-        self.places[0] + (self.places[1] - self.places[0]) * share
-    }
-
-    fn values(&self) -> [f64; 2] {
-        match self.is_linear {
-            true => self.ends,
-            false => self.ends.map(|e| 10f64.powf(e)),
-        }
-    }
-}
-
-/// Powers of ten in a range; where there are fewer than three, multiples of them, and in less than a decade round numbers.
-fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
-    let powers = (low.log10() - 1e-9).ceil() as i32..=(high.log10() + 1e-9).floor() as i32;
-    let every = (powers.clone().count()).div_ceil(7).max(1) as i32;
-    let all: Vec<f64> = if powers.clone().count() >= 3 {
-        let powers = powers.filter(|k| k % every == 0);
-        powers.map(|k| 10f64.powi(k)).collect()
-    } else if high / low > 5.0 {
-        let powers = low.log10().floor() as i32..=high.log10().floor() as i32;
-        let of = |k| [1.0, 2.0, 5.0].map(|m: f64| format!("{m}e{k}").parse().unwrap_or(m));
-        powers.flat_map(of).collect()
-    } else {
-        let power = 10f64.powf((0.3 * (high - low)).log10().floor());
-        let steps = [1.0, 2.0, 5.0].map(|s| s * power);
-        let step = steps.into_iter().find(|s| (high - low) / s <= 5.0);
-        let step = step.unwrap_or(10.0 * power);
-        let first = (low / step).ceil();
-        (0..6).map(|k| (first + f64::from(k)) * step).collect()
-    };
-    let all: Vec<f64> = all
-        .into_iter()
-        .filter(|v| (low..=high).contains(v))
-        .collect();
-    let is_plain = all.iter().all(|v| (9e-4..2e3).contains(v));
-    let label = |v: f64| {
-        let power = (v.log10() + 1e-9).floor() as i32;
-        let factor = v / 10f64.powi(power);
-        match (factor - 1.0).abs() < 1e-9 {
-            _ if is_plain => trimmed(&number(v, 3)),
-            true if power == 0 => "1".into(),
-            true => power_of_ten(power),
-            false => format!("{}·{}", trimmed(&number(factor, 2)), power_of_ten(power)),
-        }
-    };
-    all.into_iter().map(|v| (v, label(v))).collect()
 }
 
 /// Left, top, right and bottom.
@@ -290,12 +213,15 @@ impl Chart {
         };
         let xs = points().flat_map(|p| p.spread.unwrap_or([p.at[0]; 2]));
         let xs = xs.chain(self.gaps.iter().map(|gap| gap.0));
+        let clouds = || self.clouds.iter().flat_map(|of| &of.points);
+        let xs = xs.chain(clouds().map(|p| p[0]));
         let xs: Vec<f64> = xs.chain(self.front.iter().map(|p| p[0])).collect();
         let slopes = self.slopes(points().map(|p| p.at).collect(), &xs);
         let ys = points().map(|p| p.at[1]);
         let ys = ys.chain(self.front.iter().map(|p| p[1]));
         let ys = ys.chain(slopes.iter().flat_map(|s| s.1.map(|p| p[1])));
         let ys = ys.chain(self.levels.iter().map(|(at, _)| *at));
+        let ys = ys.chain(clouds().map(|p| p[1]));
         let widest = self.lines.iter().map(|line| wide(&line.label()));
         let room = match is_named {
             true => (widest.fold(0.0, f64::max) + 12.0).min(0.36 * width),
@@ -321,6 +247,7 @@ impl Chart {
             return Some(svg);
         };
         svg += &self.ground(&x, &y, frame);
+        svg.extend(self.clouds.iter().map(|cloud| cloud.svg(&x, &y)));
         let mut taken = Vec::new();
         for (k, (slope, ends)) in slopes.iter().enumerate() {
             let [from, to] = ends.map(|p| [x.at(p[0]), y.at(p[1])]);
@@ -346,6 +273,32 @@ impl Chart {
         Some(svg)
     }
 
+    /// A low panel in a frame, of several that share an x from one end to the other; without words below.
+    pub fn strip(&self, frame: Place, ends: [f64; 2], is_named: bool) -> String {
+        let x = Scale {
+            ends,
+            places: [frame[0], frame[2]],
+            is_linear: true,
+        };
+        let lines = self.lines.iter().flat_map(|line| &line.points);
+        let ys = lines
+            .map(|p| p.at[1])
+            .chain(self.levels.iter().map(|l| l.0));
+        let ys = ys.chain(self.clouds.iter().flat_map(|of| &of.points).map(|p| p[1]));
+        let Some(y) = Scale::new(&self.y, ys, [frame[3], frame[1]]) else {
+            return String::new();
+        };
+        let mut svg = self.ground(&x, &y, frame);
+        svg.extend(self.clouds.iter().map(|cloud| cloud.svg(&x, &y)));
+        let paths = self.paths(&x, &y, &mut svg);
+        let limits = [frame[0], frame[1] - 6.0, f64::INFINITY, frame[3] + 14.0];
+        let labels = self.labels(&paths, &mut Vec::new(), limits);
+        match labels.filter(|_| is_named) {
+            Some(labels) => svg + &self.named(&labels),
+            None => svg,
+        }
+    }
+
     /// Each slope with the ends of its line, clear of all points.
     fn slopes(&self, points: Vec<[f64; 2]>, xs: &[f64]) -> Vec<(&Slope, [[f64; 2]; 2])> {
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
@@ -365,6 +318,13 @@ impl Chart {
     /// Axes, the front and what lies across.
     fn ground(&self, x: &Scale, y: &Scale, [left, top, right, bottom]: Place) -> String {
         let mut svg = String::new();
+        for ends in &self.shades {
+            let [from, to] = ends.map(|end| x.at(end));
+            let _ = write!(
+                svg,
+                "<path class=\"holdf\" opacity=\".55\" d=\"M{from:.1} {top:.1}H{to:.1}V{bottom:.1}H{from:.1}z\"/>"
+            );
+        }
         for (value, label) in self.y.ticks(y) {
             let at = y.at(value);
             let _ = write!(
@@ -391,7 +351,9 @@ impl Chart {
             );
             svg += &word("t m", [at, bottom + 15.0], label);
         }
-        svg += &word("t e", [right, bottom + 30.0], &self.x.name);
+        if !self.x.name.is_empty() {
+            svg += &word("t e", [right, bottom + 30.0], &self.x.name);
+        }
         for (value, name) in self.levels.iter().filter(|l| y.at(l.0) <= bottom) {
             let at = y.at(*value);
             let _ = write!(

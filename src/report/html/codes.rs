@@ -32,7 +32,7 @@ pub(in crate::report) struct Codes<'a> {
 
 impl<'a> Codes<'a> {
     pub fn new(outcome: &'a VerifyOutcome, fault: &[&'a str]) -> Self {
-        let answers = || outcome.cases.iter().flat_map(|c| &c.engines);
+        let answers = || outcome.answers();
         let mut classes = ["", "e1", "e2", "e3"].into_iter().cycle();
         let names = unique(answers().map(|e| &*e.engine)).into_iter();
         let names = names.map(|name| match fault.contains(&name) {

@@ -2,7 +2,7 @@
 
 use super::Html;
 use super::markup::{leaf, table};
-use crate::campaigns::study::{Advice, Norm, duration};
+use crate::campaigns::study::{Advice, Alternative, Norm, duration};
 use crate::engine::unique;
 use crate::report::model::{Cell, Column, Table};
 use crate::text::number::{number, trimmed};
@@ -37,7 +37,7 @@ pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
             };
             let memory = way.memory_mb.map(|mb| format!(", {mb:.0} MB"));
             Cell {
-                more: leaf("small", &[], way.setting()),
+                more: leaf("small", &[], way.setting() + within(way)),
                 ..Cell::number(way.seconds, time.and(memory))
             }
         }));
@@ -45,6 +45,13 @@ pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
         row
     });
     table(&Table::new("", head).with(rows))
+}
+
+fn within(way: &Alternative) -> &'static str {
+    match way.is_repeatable {
+        true => "",
+        false => ", within this process",
+    }
 }
 
 /// `5 %`, without digits that say nothing.

@@ -1,15 +1,14 @@
 //! What a difference looks like all over the mesh, and how it falls off with the distance.
 
-use std::collections::BTreeSet;
-use std::fmt::Write as _;
-
 use super::Html;
+use super::chart::{Axis, Chart, Cloud, charts};
 use super::markup::figure;
-use super::plane::{Layers, WIDTH, circle, drawing, ticks, word};
+use super::panels::LEAST;
+use super::plane::{Layers, WIDTH, circle, drawing, ticks};
 use super::ramp::Ramp;
 use super::residual::{corners, outline, window};
 use super::surface::Surface;
-use crate::text::number::{number, power_of_ten, trimmed};
+use crate::text::number::{number, trimmed};
 use crate::text::text;
 use faceoff_fem::contact::Problem;
 
@@ -107,58 +106,25 @@ impl Effect<'_> {
             .map(|(face, _)| far(*face))
             .fold(0.0, f64::max)
             .max(f64::MIN_POSITIVE);
-        let largest = self
-            .values
-            .iter()
-            .map(|(_, d)| *d)
-            .filter(|d| d.is_finite());
-        let high = (largest.fold(10.0 * self.tolerance, f64::max).log10() + 0.3)
-            .ceil()
-            .min(300.0);
-        let (left, right, top, bottom) = (44.0, WIDTH - 8.0, 8.0, 292.0);
-        let y = |d: f64| {
-            let decades = if d > 0.0 {
-                d.log10().clamp(-17.0, high)
-            } else {
-                -17.0
-            };
-            top + (bottom - top) * (high - decades) / (high + 17.0)
-        };
-        let x = |r: f64| left + (right - left) * r / most;
-        let mut svg = String::new();
-        for power in (-16..=high as i32).filter(|p| (p + 16) % 4 == 0) {
-            let y = y(10f64.powi(power));
-            let _ = write!(svg, "<path class=\"hair\" d=\"M{left} {y:.1}H{right}\"/>");
-            svg += &word("t e", [left - 6.0, y + 3.5], &power_of_ten(power));
-        }
-        let at = y(self.tolerance);
-        let _ = write!(
-            svg,
-            "<path class=\"frame dash\" d=\"M{left} {at:.1}H{right}\"/>"
-        );
-        svg += &word("t e", [right, at - 4.0], "tolerance");
-        let grain = if self.values.len() > MOST { 2.0 } else { 1.0 };
-        for (class, values) in [("inkf", others), ("redf", self.values)] {
+        let cloud = |fill, values: &[(u32, f64)]| {
             let finite = values.iter().filter(|(_, d)| *d > 0.0 && d.is_finite());
-            // Of many dots those that touch are one line.
-            let seen: BTreeSet<[i64; 2]> = finite
-                .map(|(f, d)| [y(*d), x(far(*f))].map(|v| (v / grain).round() as i64))
-                .collect();
-            let seen: Vec<[i64; 2]> = seen.into_iter().collect();
-            let mut path = String::new();
-            for run in seen.chunk_by(|a, b| a[0] == b[0] && b[1] == a[1] + 1) {
-                let [y, x] = run[0].map(|v| v as f64 * grain);
-                let length = (run.len() - 1) as f64 * grain + 1.4;
-                let _ = write!(path, "M{x} {y}h{length:.1}v1.4h-{length:.1}z");
-            }
-            let _ = write!(
-                svg,
-                "<path class=\"{class}\" opacity=\".55\" d=\"{path}\"/>"
-            );
-        }
-        for r in ticks(most) {
-            svg += &word("t m", [x(r), bottom + 17.0], &trimmed(&number(r, 2)));
-        }
+            let at = |(face, d): &(u32, f64)| [far(*face), d.max(LEAST)];
+            let points = finite.map(at).collect();
+            let side = 1.4;
+            Cloud { fill, side, points }
+        };
+        let label = |r: f64| (r, trimmed(&number(r, 2)));
+        let chart = Chart {
+            x: Axis {
+                is_linear: true,
+                at: ticks(most).into_iter().map(label).collect(),
+                ..Axis::new("distance")
+            },
+            y: Axis::new("difference"),
+            clouds: vec![cloud("inkf", others), cloud("redf", self.values)],
+            levels: vec![(self.tolerance, "tolerance")],
+            ..Chart::default()
+        };
         let below = if others.is_empty() {
             ""
         } else {
@@ -169,14 +135,7 @@ impl Effect<'_> {
             place,
             below
         );
-        figure(
-            "",
-            caption,
-            [drawing(
-                "differences by distance",
-                [WIDTH, bottom + 22.0],
-                &svg,
-            )],
-        )
+        let picture = charts("differences by distance", &[chart], WIDTH);
+        figure("", caption, [picture.html()])
     }
 }

@@ -18,7 +18,7 @@ pub(in crate::report) struct Map {
 }
 
 /// A value, and what became of it in each column.
-pub(in crate::report) type Row = (String, Vec<Option<Spot>>);
+pub(in crate::report) type Row = (Text, Vec<Option<Spot>>);
 
 /// One word, the class of its ground, and its numbers where one points.
 pub(in crate::report) struct Spot {
@@ -114,7 +114,7 @@ mod tests {
                 (evil(), vec![evil(), "p1".into()]),
                 ("b".into(), vec!["p1".into()]),
             ],
-            families: vec![(evil(), vec![(evil(), vec![spot(), None, spot()])])],
+            families: vec![(evil(), vec![(evil().into(), vec![spot(), None, spot()])])],
             legend: vec![("w1", "worse")],
         };
         let html = map.html();

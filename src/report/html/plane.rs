@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::markup::escape;
 use super::ramp::CLASSES;
 use crate::text::number::{number, trimmed};
+use crate::text::{Piece, Span, Text};
 
 /// The width of a map in units of its picture.
 pub(super) const WIDTH: f64 = 384.0;
@@ -257,15 +258,17 @@ pub(super) fn circle([x, y]: [f64; 2], radius: f64) -> String {
 }
 
 /// A word in a picture, by its classes.
-pub(super) fn word(class: &str, [x, y]: [f64; 2], text: &str) -> String {
-    let mut text = escape(text);
-    for part in ["C", "D", "N"] {
-        let below = format!(
-            "Γ<tspan dy=\"2\" font-size=\"8.5\">{part}</tspan><tspan dy=\"-2\">\u{200b}</tspan>"
-        );
-        text = text.replace(&format!("Γ_{part}"), &below);
-    }
-    format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{text}</text>")
+pub(super) fn word(class: &str, [x, y]: [f64; 2], words: impl Into<Text>) -> String {
+    let of = |span: &Span| match &span.piece {
+        Piece::Words(words) | Piece::Code(words) | Piece::Link(_, words) => escape(words),
+        Piece::Number(number) => number.told(),
+        Piece::Boundary(part) => format!(
+            "Γ<tspan dy=\"2\" font-size=\"8.5\">{}</tspan><tspan dy=\"-2\">\u{200b}</tspan>",
+            escape(part.encode_utf8(&mut [0; 4]))
+        ),
+    };
+    let words: String = words.into().spans().iter().map(of).collect();
+    format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{words}</text>")
 }
 
 /// A position as one reads it: what rounding leaves of 0, for a window of an extent, is 0.

@@ -1,12 +1,15 @@
 //! The levels of a face-off: the refinements of its mesh, the values of a parameter that is a list, or both together.
 
 use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::{Serialize, Serializer};
 
 /// What one run of all codes is asked for.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Level {
-    /// As reports call it, as `n = 16` or `dt = 0.05`; empty where there is one alone.
-    pub label: String,
+    /// As reports call it.
+    pub label: Label,
     /// The refinement of the mesh.
     pub n: Option<usize>,
     /// The value of the parameter that is a list.
@@ -14,6 +17,44 @@ pub struct Level {
     /// What goes to zero, where that is not the mesh size: the value of that parameter, or one over it where it is a number
     /// of steps.
     pub step: Option<f64>,
+}
+
+/// What a level is called.
+#[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Label {
+    /// Nothing, where there is one alone.
+    #[default]
+    Only,
+    /// `n = 16`: by its refinement.
+    Mesh(usize),
+    /// `dt = 0.05`: by a parameter, and by the refinement where that changes as well.
+    Named(String),
+}
+
+impl fmt::Display for Label {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Label::Only => Ok(()),
+            Label::Mesh(n) => write!(f, "n = {n}"),
+            Label::Named(name) => f.write_str(name),
+        }
+    }
+}
+
+impl Serialize for Label {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl Label {
+    /// For the middle of a sentence: `, n = 16`, or nothing.
+    pub fn at(&self) -> String {
+        match self {
+            Label::Only => String::new(),
+            of => format!(", {of}"),
+        }
+    }
 }
 
 /// A parameter with several values, from the coarsest to the finest.
@@ -75,7 +116,7 @@ impl Level {
     /// In words: as many refinements as values are needed.
     pub(super) fn all(n: &[usize], list: Option<&List>) -> Result<Vec<Level>, String> {
         let of_n = |n: usize| Level {
-            label: format!("n = {n}"),
+            label: Label::Mesh(n),
             n: Some(n),
             ..Level::default()
         };
@@ -98,11 +139,10 @@ impl Level {
             let named = format!("{} = {value}", list.name);
             let several = n.len() > 1;
             Level {
-                label: if several {
-                    format!("n = {}, {named}", n[k])
-                } else {
-                    named
-                },
+                label: Label::Named(match several {
+                    true => format!("n = {}, {named}", n[k]),
+                    false => named,
+                }),
                 n: if several {
                     Some(n[k])
                 } else {
@@ -127,14 +167,6 @@ impl Level {
         let n = self.n.map_or(String::new(), |n| format!("-n{n}"));
         let value = self.value.as_ref();
         n + &value.map_or(String::new(), |(name, value)| format!("-{name}{value}"))
-    }
-
-    /// For the middle of a sentence: `, n = 16`, or nothing.
-    pub fn at(&self) -> String {
-        match self.label.is_empty() {
-            true => String::new(),
-            false => format!(", {}", self.label),
-        }
     }
 }
 

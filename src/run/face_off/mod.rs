@@ -40,7 +40,7 @@ use serde_json::{Value, json};
 pub use code::Code;
 pub use form::FormFile;
 pub use formula::Formula;
-pub use level::Level;
+pub use level::{Label, Level};
 pub use store::{Record, Store};
 pub use times::Judged;
 

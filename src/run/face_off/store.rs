@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{Code, Level};
+use super::{Code, Label, Level};
 use crate::engine::{BASELINE, Left, digest, first_difference};
 use crate::run::Journal;
 use faceoff_mesh::error::{Error, Place, Result};
@@ -207,9 +207,9 @@ impl Record {
         let is_asked =
             |run: &&Recorded| run.code == name && run.n == level.n && run.value == level.value;
         let found = self.runs.iter().find(is_asked);
-        let found = found.ok_or_else(|| match level.label.is_empty() {
-            false => refuse(format!("{} was not recorded", level.label)),
-            true => refuse("its answer without refinement was not recorded".into()),
+        let found = found.ok_or_else(|| match &level.label {
+            Label::Only => refuse("its answer without refinement was not recorded".into()),
+            label => refuse(format!("{label} was not recorded")),
         })?;
         if let Some(what) = first_difference("", &found.problem, problem) {
             return Err(refuse(format!("it was another problem: {what}")));
