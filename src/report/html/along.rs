@@ -162,7 +162,7 @@ impl Sheet<'_> {
         let y = self.at - 8.0;
         for k in 0..=4 {
             let s = from + (to - from) * f64::from(k) / 4.0;
-            self.svg += &word("t m", [self.x(s), y], &position(s, to - from));
+            self.svg += &word("t m", [self.x(s), y], position(s, to - from));
         }
         if !self.is_narrow {
             let axis = self.chain.axis;

@@ -511,7 +511,7 @@ impl Chart {
             } else {
                 "t b halo"
             };
-            svg += &word(class, *at, &line.label());
+            svg += &word(class, *at, line.label());
         }
         svg
     }

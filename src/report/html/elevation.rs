@@ -92,8 +92,8 @@ pub(in crate::report) fn elevation(
         let [right, back] = [view.at([t, 0.0], low), view.at([1.0, t], low)];
         // The corners belong to both axes.
         if k > 0 {
-            svg += &word("t e", [right[0] - 4.0, right[1] + 14.0], &named("x"));
-            svg += &word("t", [back[0] + 6.0, back[1] + 12.0], &named("y"));
+            svg += &word("t e", [right[0] - 4.0, right[1] + 14.0], named("x"));
+            svg += &word("t", [back[0] + 6.0, back[1] + 12.0], named("y"));
         }
     }
     let mut heights_told = vec![(low, ""), (high, "u = ")];

@@ -225,7 +225,7 @@ fn of_groups(scene: &Scene<'_>) -> Html {
         svg += &word(
             "t",
             [16.0, y + 9.0],
-            &format!("{name} ({} cells)", group.cells.len()),
+            format!("{name} ({} cells)", group.cells.len()),
         );
         y += 14.0;
     }
@@ -233,7 +233,7 @@ fn of_groups(scene: &Scene<'_>) -> Html {
         svg += &word(
             "t",
             [16.0, y + 9.0],
-            &format!("and {} more", groups.len() - GROUPS),
+            format!("and {} more", groups.len() - GROUPS),
         );
         y += 14.0;
     }
@@ -279,8 +279,8 @@ fn of_field(scene: &Scene<'_>, field: &Field) -> Html {
     let y = scene.view.height + 13.0;
     let told = |value: f64| trimmed(&number(value, 3));
     let svg = svg
-        + &word("t", [0.0, y], &format!("from {}, dark", told(low)))
-        + &word("t e", [WIDTH, y], &format!("to {}, pale", told(high)));
+        + &word("t", [0.0, y], format!("from {}, dark", told(low)))
+        + &word("t e", [WIDTH, y], format!("to {}, pale", told(high)));
     let what = if field.components > 1 {
         "length of "
     } else {

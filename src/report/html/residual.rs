@@ -231,7 +231,7 @@ pub(super) fn corners(view: &View) -> String {
     let y = view.height + 13.0;
     let [left, right] = [view.low, view.high].map(|p| view.pixel(p)[0]);
     let of = |x: f64| position(x, view.high[0] - view.low[0]);
-    word("t", [left, y], &of(view.low[0])) + &word("t e", [right, y], &of(view.high[0]))
+    word("t", [left, y], of(view.low[0])) + &word("t e", [right, y], of(view.high[0]))
 }
 
 /// Some faces around the worst row; none where that is nearly all there is.
@@ -320,9 +320,9 @@ fn zoom(put: &Put, about: &str) -> Html {
         svg += &word(
             class,
             [to, text],
-            &format!("row of {:?}", space.carrier(*row)),
+            format!("row of {:?}", space.carrier(*row)),
         );
-        svg += &word(class, [to, text + 15.0], &size(put.errors[*row]));
+        svg += &word(class, [to, text + 15.0], size(put.errors[*row]));
     }
     let mut below = 4.0;
     if let (Some(face), Some(factor)) = (
@@ -337,12 +337,12 @@ fn zoom(put: &Put, about: &str) -> Html {
             svg += &word(
                 "s red m",
                 [x, height + 17.0],
-                &format!("γ × {}", number(factor, 5)),
+                format!("γ × {}", number(factor, 5)),
             );
             svg += &word(
                 "t m",
                 [x, height + 31.0],
-                &format!("face {:?}", mesh.face(*face)),
+                format!("face {:?}", mesh.face(*face)),
             );
             below = 34.0;
         }

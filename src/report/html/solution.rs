@@ -51,8 +51,8 @@ pub(in crate::report) fn solution(problem: &Problem, u: &[f64], about: &str) -> 
     let told = |value: f64| trimmed(&number(value, 3));
     let svg = layers.svg(true)
         + &outline(problem, &view, 2.5)
-        + &word("t", [0.0, y], &format!("from {}, dark", told(low)))
-        + &word("t e", [WIDTH, y], &format!("to {}, pale", told(high)));
+        + &word("t", [0.0, y], format!("from {}, dark", told(low)))
+        + &word("t e", [WIDTH, y], format!("to {}, pale", told(high)));
     figure(
         "",
         text!("**u**, {}", about),

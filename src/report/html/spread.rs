@@ -177,7 +177,7 @@ impl Spread {
             let both = format!("{a} – {b}");
             match is_narrow {
                 false => {
-                    svg += &word("s e", [left - 10.0, base - 4.0], &format!("{a} –"));
+                    svg += &word("s e", [left - 10.0, base - 4.0], format!("{a} –"));
                     svg += &word("s e", [left - 10.0, base + 10.0], b);
                 }
                 true => svg += &word("s", [left, base - most - 4.0], &both),
