@@ -5,7 +5,7 @@
 use std::fs;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
-use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
 use serde_json::{Value, json};
@@ -29,7 +29,7 @@ const GAMMA: (&str, &str) = (
 static BROWSER: Mutex<Option<Browser>> = Mutex::new(None);
 
 struct Browser {
-    asked: ChildStdin,
+    process: Child,
     told: BufReader<ChildStdout>,
 }
 
@@ -38,16 +38,16 @@ impl Browser {
         let mut python = Command::new("/usr/bin/python3");
         python.arg(source("tests/browser.py")).arg("-");
         python.stdin(Stdio::piped()).stdout(Stdio::piped());
-        let mut child = python.spawn().expect("python3 is there");
+        let mut process = python.spawn().expect("python3 is there");
         Browser {
-            asked: child.stdin.take().expect("a pipe"),
-            told: BufReader::new(child.stdout.take().expect("a pipe")),
+            told: BufReader::new(process.stdout.take().expect("a pipe")),
+            process,
         }
     }
 
     /// None where it ended.
     fn look(&mut self, words: &[&str]) -> Option<Value> {
-        writeln!(self.asked, "{}", json!(words)).ok()?;
+        writeln!(self.process.stdin.as_mut()?, "{}", json!(words)).ok()?;
         let mut line = String::new();
         self.told.read_line(&mut line).ok()?;
         serde_json::from_str(&line).ok()

@@ -2,12 +2,13 @@
 
 use std::cmp::Ordering;
 
+use super::described::worst;
 use super::difference::write_differences;
 use super::html;
 use super::model::{
     Block, Cell, Report, Suite, Table, TestCase, Todo, count, sentence, table, word,
 };
-use super::verify::{rests_on, why, worst};
+use super::verify::{rests_on, why};
 use crate::engine::unique;
 use crate::text::number::{number, place, size, whole};
 use crate::text::{Number, Text, text};

@@ -1,11 +1,12 @@
 //! What `verify` found of a face-off file: codes of one's own on any problem.
 
+use super::described::worst;
 use super::html::{self, Chart, Line};
 use super::model::{
     Block, Cell, Report, Suite, Table, TestCase, Todo, joined, sentence, table, word,
 };
 use super::orders::{over_n, slopes_of};
-use super::verify::{why, worst};
+use super::verify::why;
 use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf, short,
     worst as worst_time,

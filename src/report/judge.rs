@@ -7,14 +7,15 @@ use serde_json::json;
 
 use super::certified::Certified;
 use super::culprit::{claim, equations};
+use super::findings::{gamma, terms, tried, worst};
 use super::html::{self, Put};
 use super::json::csv;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, Todo, short, table, word};
+use super::model::{Block, Report, Suite, TestCase, Todo, short, word};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
-use crate::text::number::{place, size, whole};
+use crate::text::number::{size, whole};
 use crate::text::{Text, text};
-use crate::why::{self, Explanation, FaceGamma, Findings, Spot, TermRows};
+use crate::why::{self, FaceGamma, Findings};
 use faceoff_fem::certify::{Certificate, Target};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
@@ -262,51 +263,6 @@ fn residual(found: &Findings) -> String {
         found.rows,
         found.failing_faces,
         found.faces
-    )
-}
-
-/// The rows that are farthest off.
-pub(super) fn worst(spots: &[Spot]) -> Table {
-    table!("The rows that are farthest off, by backward error", spots, |spot|
-        "vertices" => format!("{:?}", spot.vertices),
-        "at" => place(&spot.midpoint),
-        "residual" => spot.error,
-    )
-}
-
-/// The terms that the failing rows hold.
-pub(super) fn terms(terms: &[TermRows]) -> Table {
-    let caption = "The terms of the rows that fail; a term that is wrong is part of all of them";
-    table!(caption, terms, |of|
-        "term" => why::name(of.term),
-        "rows" => of.rows,
-        "fail" => of.failing,
-        "can be wrong" => if of.suspect { "yes" } else { "" },
-    )
-}
-
-/// What was put in, and what it left.
-pub(super) fn tried(explanations: &[Explanation]) -> Table {
-    let caption =
-        "What was put into the scheme in its place, one thing at a time, and the residual with it";
-    table!(caption, explanations, |of|
-        "ingredient" => of.ingredient.to_string(),
-        "residual" => of.left,
-        "found" => if of.accounts { "explains it" } else { "does not" },
-        "with it" => &of.what,
-    )
-}
-
-fn gamma<'a>(faces: impl IntoIterator<Item = &'a FaceGamma>) -> Table {
-    let caption = "What γ would have to be on contact faces; in contact it has no say";
-    let fitted = |of: &FaceGamma| {
-        of.factor
-            .map(|factor| Cell::number(factor, format!("× {factor:.10}")))
-    };
-    table!(caption, faces, |of|
-        "face" => format!("{:?}", of.vertices),
-        "at" => place(&of.midpoint),
-        "γ" => fitted(of),
     )
 }
 

@@ -3,11 +3,10 @@
 use serde::Serialize;
 
 use super::culprit::{claim_of, lede_of};
+use super::described::{sizes, versions, worst};
 use super::headline::{headline, overview};
 use super::html::{Run, Spread, tolerances};
-use super::model::{
-    Block, Cell, Report, Suite, Table, TestCase, exact, joined, short, table, word,
-};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, exact, short, table, word};
 use super::next::next_of;
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Source, VerifyOutcome, label, telling};
 use crate::engine::{Explanation, unique};
@@ -245,20 +244,6 @@ fn pairs(case: &CaseOutcome) -> Table {
     )
 }
 
-/// `[14, 31] at (0.8750, 0.0312)`
-pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
-    let worst = field.worst.as_ref().filter(|_| field.max_abs != 0.0)?;
-    let at = match worst.midpoint.is_empty() {
-        true => String::new(),
-        false => format!(" at {}", place(&worst.midpoint)),
-    };
-    let component = worst.component.map_or(String::new(), |k| format!("[{k}]"));
-    Some(match worst.cells {
-        Some([i, j]) => format!("cells {i} and {j}{component}{at}"),
-        None => format!("{:?}{component}{at}", worst.vertices),
-    })
-}
-
 /// The verdict, and what it rests on.
 fn remark(field: &FieldVerdict, carriers: &str) -> String {
     let rest = rests_on(field, carriers).map_or(String::new(), |why| format!(": {why}"));
@@ -387,17 +372,4 @@ fn suite(case: &CaseOutcome) -> Suite {
         ],
         ..Suite::new(case.label(), cases)
     }
-}
-
-pub(super) fn sizes(case: &CaseOutcome) -> String {
-    format!(
-        "{} cells, {} faces, {} of them contact, {} dofs",
-        case.cells, case.faces, case.contact_faces, case.dofs
-    )
-}
-
-/// Every code with its version.
-pub(super) fn versions(case: &CaseOutcome) -> String {
-    let of = |e: &EngineOutcome| format!("{} {}", e.engine, e.version);
-    joined(case.engines.iter().map(of), ", ")
 }

@@ -1,12 +1,13 @@
 //! One row a code, one row a case, and folded every pair and field.
 
 use super::axis::{Axis, Dot, key};
-use super::markup::{Html, element, folded, leaf, prose, table, text};
+use super::markup::{Html, element, folded, leaf, prose, text};
 use super::pair::{largest, pairs};
+use super::tables::table;
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
 use crate::engine::unique;
+use crate::report::described::{sizes, versions, worst};
 use crate::report::model::{self, Cell, Column, Table};
-use crate::report::verify::{sizes, versions, worst};
 use crate::run::{RESIDUAL_TOLERANCE, Setup, tolerance};
 use crate::text::number::{number, place, size, whole};
 use crate::text::{Number, Text, text};

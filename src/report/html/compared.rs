@@ -3,11 +3,12 @@
 use super::Html;
 use super::axis::{Axis, Dot};
 use super::codes::worst_of;
-use super::markup::{division, figure, table};
+use super::markup::{division, figure};
 use super::plane::{Layers, View, WIDTH, circle, drawing};
 use super::ramp::Ramp;
 use super::residual::corners;
 use super::source::{Triangle, entering};
+use super::tables::table;
 use crate::report::model::{self, Cell, Column};
 use crate::text::number::{number, place, size, trimmed, whole};
 use crate::text::text;

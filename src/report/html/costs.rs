@@ -1,7 +1,8 @@
 //! What an accuracy costs with each code.
 
 use super::Html;
-use super::markup::{leaf, table};
+use super::markup::leaf;
+use super::tables::table;
 use crate::campaigns::study::{Advice, Alternative, Norm, duration};
 use crate::engine::unique;
 use crate::report::model::{Cell, Column, Table};

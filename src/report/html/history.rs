@@ -1,6 +1,7 @@
 //! What releases were, run by run: a row of signs each, which do not rely on their colours.
 
-use super::markup::{Html, leaf, table, text};
+use super::markup::{Html, leaf, text};
+use super::tables::table;
 use crate::campaigns::matrix::verdict;
 use crate::engine::unique;
 use crate::report::matrix::{Past, badge_name};

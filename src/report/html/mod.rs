@@ -26,6 +26,7 @@ mod source;
 mod spread;
 mod steps;
 mod surface;
+mod tables;
 mod verify;
 
 use std::path::Path;
@@ -45,13 +46,14 @@ use faceoff_mesh::error::Result;
 pub(super) use history::history;
 pub(super) use map::{Map, Spot};
 pub use markup::Html;
-use markup::{division, element, emphasised, facts, folded, leaf, prose, raw, table, text};
+use markup::{division, element, emphasised, facts, folded, leaf, prose, raw, text};
 pub use plane::Picture;
 pub(super) use plane::{NARROWEST, WIDEST};
 pub(super) use residual::{Put, by_term, cause};
 pub(super) use solution::{cells, solution};
 pub(super) use spread::Spread;
 pub(super) use steps::steps;
+use tables::table;
 pub(super) use verify::Run;
 
 /// Nothing in the page may ask for anything outside of it.

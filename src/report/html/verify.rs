@@ -4,10 +4,11 @@ use super::along::{Along, Named};
 use super::codes::{Codes, fields, heading, posed, tried};
 use super::convergence::newton;
 use super::effect::Effect;
-use super::markup::{Html, division, element, folded, leaf, table, text, word};
+use super::markup::{Html, division, element, folded, leaf, text};
 use super::pair::{self, pairs};
 use super::residual::{Put, by_term, cause};
 use super::spread::Spread;
+use super::tables::{table, word};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
 use crate::report::model::{self, Table};
 use crate::text::number::{place, size, whole};
@@ -162,8 +163,8 @@ impl<'a> Run<'a> {
         {
             let inner = [
                 by_term(put, about),
-                table(&crate::report::judge::worst(&found.worst)),
-                table(&crate::report::judge::terms(&found.terms)),
+                table(&crate::report::findings::worst(&found.worst)),
+                table(&crate::report::findings::terms(&found.terms)),
             ];
             let about =
                 format!("· the rows that are farthest off, and what they are made of; {about}");
