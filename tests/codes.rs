@@ -66,7 +66,7 @@ fn more_ranks_than_cores_and_other_launchers() {
     let of = ["--n", "4", "--engines", &engines];
     for how in [
         ["one-zone", "--methods", "cr,cr-fc", "--ranks", "3"],
-        ["plate", "--methods", "cr", "--launcher", "mpirun -n 3"],
+        ["one-zone", "--methods", "cr", "--launcher", "mpirun -n 3"],
     ] {
         let ran = verify(folder.path(), &[&how[..], &of].concat());
         assert_eq!(ran.code, Some(0), "{how:?}: {}{}", ran.stdout, ran.stderr);

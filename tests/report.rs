@@ -690,12 +690,12 @@ fn what_is_shown_along_the_contact_side_is_of_each_code() {
         "Residual of the row",
     );
     let of = |class: &str| -> Vec<&str> {
-        let start = format!("<path class=\"{class}\" d=\"");
+        let start = format!("<path class=\"{class}\" stroke-width=\"7.0\" d=\"");
         let paths = status.split(&*start).skip(1);
         paths.map(|path| path.split('"').next().unwrap()).collect()
     };
-    let (right, wrong) = (of("inkf"), of("redf"));
-    assert_eq!((right.len(), wrong.len()), (2, 1), "{status}");
+    let (right, wrong) = (of("ink"), of("redl"));
+    assert_eq!(right.len(), 2, "{status}");
     let across = |path: &str| {
         path.split('M')
             .skip(1)
@@ -703,7 +703,8 @@ fn what_is_shown_along_the_contact_side_is_of_each_code() {
             .collect::<Vec<_>>()
     };
     assert_eq!(across(right[0]), across(right[1]));
-    assert_ne!(across(right[0]), across(wrong[0]));
+    assert!(status.contains(">changed</text>"), "{status}");
+    assert!(wrong.iter().all(|path| across(path) != across(right[0])));
     // How many points that are is said.
     let found = ran.json();
     let pairs = found["cases"][0]["pairs"].as_array().unwrap().iter();

@@ -47,6 +47,8 @@ struct Reader {
     module: Vec<String>,
     /// Names that begin with no root are those of the module, and tests and what is only handed on count for nothing.
     within: bool,
+    /// Names that stand for others, with their paths.
+    named: BTreeMap<String, Vec<String>>,
     /// Paths from the root on. An empty one is the root itself, under which every room can be reached.
     used: BTreeSet<Vec<String>>,
 }
@@ -108,6 +110,11 @@ impl Reader {
                 if before.is_empty() || ident != "self" {
                     before.push(ident.to_string());
                 }
+                let name = match tree {
+                    UseTree::Rename(renamed) => Some(renamed.rename.to_string()),
+                    _ => before.last().cloned(),
+                };
+                self.named.extend(name.zip(self.resolve(&before)));
                 self.uses(&before);
             }
         }
@@ -307,13 +314,8 @@ impl Files {
                 syn::Item::Use(item) => Some(item),
                 _ => None,
             });
-            let mut by_name = BTreeMap::new();
-            for item in handed {
-                reader.used.clear();
-                reader.tree(&item.tree, Vec::new());
-                let of = |path: &Vec<String>| Some((path.last()?.clone(), path.clone()));
-                by_name.extend(reader.used.iter().filter_map(of));
-            }
+            handed.for_each(|item| reader.tree(&item.tree, Vec::new()));
+            let by_name = std::mem::take(&mut reader.named);
             reader.used.clear();
             reader.visit_file(&parsed);
             used.insert(module.clone(), reader.used);
@@ -404,9 +406,9 @@ fn knots_are_seen() {
     let mut texts = BTreeMap::from([
         file(
             "lib.rs",
-            "mod a; mod b; pub mod c; pub use b::B; fn f() { a::f() }",
+            "mod a; mod b; pub mod c; pub use b::B as Other; fn f() { a::f() }",
         ),
-        file("a.rs", "use crate::B; pub fn f(_: B) {}"),
+        file("a.rs", "use crate::Other; pub fn f(_: Other) {}"),
         file("b.rs", "use crate::c::{self, d::D}; pub struct B(D, c::C);"),
         file("c/mod.rs", "pub mod d; pub use d::C; pub fn g() {}"),
         file("c/d.rs", "use super::g; pub struct C; pub struct D;"),

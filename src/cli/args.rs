@@ -51,20 +51,19 @@ Environment:
 
 /// What a command may take, with all that it starts.
 #[derive(Args)]
-#[command(next_help_heading = "Limits")]
 pub(super) struct Limits {
     /// Longest time that the command may take, as in 90s, 5m or 1h
-    #[arg(long, global = true, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
+    #[arg(help_heading = "Every command", long, global = true, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
     pub time_limit: Option<Duration>,
     /// Most memory that it may take, as in 500MB or 4GB [default: what is available]
-    #[arg(long, global = true, value_name = "SIZE", value_parser = memory, allow_negative_numbers = true)]
+    #[arg(help_heading = "Every command", long, global = true, value_name = "SIZE", value_parser = memory, allow_negative_numbers = true)]
     pub memory: Option<u64>,
     /// Run other codes in a sandbox (bubblewrap) or not at all: no network, none of your variables and files, their job folder alone
     /// to write in [env: FACEOFF_SANDBOX=require]
-    #[arg(long, global = true)]
+    #[arg(help_heading = "Every command", long, global = true)]
     pub sandbox: bool,
     /// Say more: `verify` every answer and every field of every pair; -vv: which programs run, and what is left out
-    #[arg(long, short, global = true, action = clap::ArgAction::Count)]
+    #[arg(help_heading = "Every command", long, short, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
 
@@ -139,37 +138,34 @@ pub(super) struct Init {
 
 /// Where results go.
 #[derive(Args)]
-#[command(next_help_heading = "Output")]
 pub(super) struct Output {
     /// Write the result as JSON to FILE (`-` for standard output)
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     pub json: Option<PathBuf>,
     /// Write a page, index.html, into DIR, and beside it figures and data
-    #[arg(long, value_name = "DIR")]
+    #[arg(help_heading = "Output", long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Say nothing but errors
-    #[arg(long, short)]
+    #[arg(help_heading = "Output", long, short)]
     pub quiet: bool,
 }
 
 /// What pipelines read of what is judged.
 #[derive(Args)]
-#[command(next_help_heading = "Output")]
 pub(super) struct Verdicts {
     /// Write a JUnit XML file: a case for everything that is judged
-    #[arg(long, value_name = "FILE")]
+    #[arg(help_heading = "Output", long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
     /// Write the verdict as a badge
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(help_heading = "Output", long, value_name = "FILE.svg")]
     pub badge: Option<PathBuf>,
 }
 
 /// What a scene of a stranger may do.
 #[derive(Args)]
-#[command(next_help_heading = "Limits")]
 pub(super) struct Trust {
     /// Let a scene name a mesh outside its own folder
-    #[arg(long)]
+    #[arg(help_heading = "Trust", long)]
     pub allow_outside: bool,
 }
 
@@ -270,26 +266,25 @@ impl Command {
 
 /// How engines are run.
 #[derive(Args)]
-#[command(next_help_heading = "Engines")]
 pub(super) struct Running {
     /// Run fenicsx as R processes that share the mesh, by mpirun
-    #[arg(long, value_name = "R", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = "Engines", long, value_name = "R", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: u32,
     /// Start the processes of fenicsx by this instead, in words as a shell has them, as in "srun -n 64"; job folders must be on
     /// a disk that all see: use --keep
-    #[arg(long, value_name = "COMMAND", value_parser = launcher, conflicts_with = "ranks")]
+    #[arg(help_heading = "Engines", long, value_name = "COMMAND", value_parser = launcher, conflicts_with = "ranks")]
     pub launcher: Option<Words>,
     /// Keep the job folders in DIR
-    #[arg(long, value_name = "DIR")]
+    #[arg(help_heading = "Engines", long, value_name = "DIR")]
     pub keep: Option<PathBuf>,
     /// Stop when the relative broken H1 norm of the increment is below this
-    #[arg(long, value_name = "TOL", default_value = "1e-12", value_parser = increment, allow_negative_numbers = true)]
+    #[arg(help_heading = "Engines", long, value_name = "TOL", default_value = "1e-12", value_parser = increment, allow_negative_numbers = true)]
     pub tolerance: f64,
     /// Most iterations
-    #[arg(long, value_name = "STEPS", default_value = "50", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(help_heading = "Engines", long, value_name = "STEPS", default_value = "50", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_iterations: u32,
     /// Install what is missing first
-    #[arg(long)]
+    #[arg(help_heading = "Engines", long)]
     pub install: bool,
 }
 

@@ -331,7 +331,9 @@ impl Chart {
                 svg,
                 "<path class=\"hair\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
             );
-            svg += &word("t e", [left - 6.0, at + 3.5], &label);
+            if !label.is_empty() {
+                svg += &word("t e", [left - 6.0, at + 3.5], &label);
+            }
         }
         let ticks = self.x.ticks(x);
         // No label touches the next.

@@ -29,7 +29,7 @@ impl Axis {
     pub fn ticks(&self, scale: &Scale) -> Vec<(f64, String)> {
         let [low, high] = scale.values();
         let room = 1e-9 * (high - low);
-        let all = match self.at.is_empty() && !self.is_linear {
+        let all = match self.at.is_empty() && !scale.is_linear {
             true => decades(low, high),
             false => self.at.clone(),
         };
@@ -91,6 +91,9 @@ impl Scale {
 
 /// Powers of ten in a range; where there are fewer than three, multiples of them, and in less than a decade round numbers.
 pub fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
+    if !(low > 0.0 && high < f64::INFINITY) {
+        return Vec::new();
+    }
     let powers = (low.log10() - 1e-9).ceil() as i32..=(high.log10() + 1e-9).floor() as i32;
     let every = (powers.clone().count()).div_ceil(7).max(1) as i32;
     let all: Vec<f64> = if powers.clone().count() >= 3 {

@@ -143,3 +143,22 @@ fn what_fails_is_missing_or_equal_is_seen() {
     assert!(drawn.contains(">equal<") && !drawn.contains(">10⁻¹²<"));
     assert!(drawn.contains(">tolerance<"));
 }
+
+#[test]
+fn an_axis_without_a_logarithm_has_no_decades() {
+    for [low, high] in [
+        [0.0, 1.0],
+        [-1.0, 1.0],
+        [f64::NAN, 1.0],
+        [1.0, f64::INFINITY],
+    ] {
+        assert!(scale::decades(low, high).is_empty(), "{low} {high}");
+    }
+    // A linear scale has labels only where they are given, whatever its axis says.
+    let scale = Scale {
+        ends: [0.0, 1.0],
+        places: [0.0, 100.0],
+        is_linear: true,
+    };
+    assert!(Axis::new("x").ticks(&scale).is_empty());
+}
