@@ -231,7 +231,7 @@ fn bounds_hold_on_every_exact_scene() {
     let mut checked = 0;
     for name in Scene::exact_names() {
         for method in ["cr", "cr-fc", "p2"] {
-            match ratios(name, method, 4) {
+            match ratios(name, method, 8) {
                 Ok(ratios) => {
                     println!("{name:24} {method:6} {ratios:.3?}");
                     assert!(
@@ -256,7 +256,7 @@ fn bounds_hold_in_space() {
     let mut checked = 0;
     for name in Scene::exact_names_3d() {
         for method in ["cr", "cr-fc", "p2"] {
-            match ratios(name, method, 3) {
+            match ratios(name, method, 4) {
                 Ok(ratios) => {
                     println!("{name:24} {method:6} {ratios:.3?}");
                     assert!(
