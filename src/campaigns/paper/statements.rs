@@ -114,7 +114,7 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
     };
     let variants = || e.variants.iter().filter(|v| v.is_penalty_free_cr());
     let shown = |of: &Observed| fitted(of.fit, "no fit");
-    let of = |says: &str, order: f64, fits: Vec<Option<f64>>, first: Text, rest: Text| {
+    let of = |says: Text, order: f64, fits: Vec<Option<f64>>, first: Text, rest: Text| {
         let pairs = || variants().zip(&fits);
         let large: Vec<Option<f64>> = pairs()
             .filter(|(v, _)| v.gamma0 >= LARGE)
@@ -168,14 +168,14 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
     let other = variants().find(|v| v.mesh == Pattern::Exchanged && v.gamma0 == e.gamma0);
     vec![
         of(
-            "the relative H¹ error has order 1",
+            text!("the relative H¹ error has order 1"),
             1.0,
             fits(|v| &v.h1),
             to(&series.h1_to_fine, &series.h1),
             Text::default(),
         ),
         of(
-            "the relative L² error has order 2",
+            text!("the relative L² error has order 2"),
             2.0,
             fits(|v| &v.l2),
             to(&series.l2_to_fine, &series.l2),
@@ -184,7 +184,7 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
             ),
         ),
         of(
-            "‖u_h + [P(u_h)]₊‖ on Γ_C has an order close to 3/2",
+            text!("‖u_h + [P(u_h)]₊‖ on Γ_C has an order close to 3/2"),
             1.5,
             fits(|v| &v.residual),
             text!(

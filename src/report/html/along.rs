@@ -125,7 +125,7 @@ impl Sheet<'_> {
     }
 
     /// A chart of this height under its title.
-    pub fn panel(&mut self, title: impl Into<Text>, height: f64, chart: &Chart) {
+    pub fn panel(&mut self, title: impl Into<Text>, height: f64, chart: Chart) {
         self.svg += &word("t b", [0.0, self.at], title);
         self.at += 8.0;
         let frame = [LEFT, self.at, self.right, self.at + height];

@@ -274,7 +274,9 @@ impl Chart {
     }
 
     /// A low panel in a frame, of several that share an x from one end to the other; without words below.
-    pub fn strip(&self, frame: Place, ends: [f64; 2], is_named: bool) -> String {
+    pub fn strip(mut self, frame: Place, ends: [f64; 2], is_named: bool) -> String {
+        // Positions are of any sign.
+        self.x.is_linear = true;
         let x = Scale {
             ends,
             places: [frame[0], frame[2]],
@@ -325,7 +327,17 @@ impl Chart {
                 "<path class=\"holdf\" opacity=\".55\" d=\"M{from:.1} {top:.1}H{to:.1}V{bottom:.1}H{from:.1}z\"/>"
             );
         }
-        for (value, label) in self.y.ticks(y) {
+        // No label touches the one above.
+        let ticks = self.y.ticks(y);
+        let places: Vec<f64> = ticks.iter().map(|tick| y.at(tick.0)).collect();
+        let is_free = |every: &usize| {
+            let places: Vec<&f64> = places.iter().step_by(*every).collect();
+            places
+                .windows(2)
+                .all(|pair| (pair[0] - pair[1]).abs() >= 0.9 * LINE)
+        };
+        let every = (1..=ticks.len().max(1)).find(is_free).unwrap_or(1);
+        for (value, label) in ticks.into_iter().step_by(every) {
             let at = y.at(value);
             let _ = write!(
                 svg,
@@ -362,7 +374,9 @@ impl Chart {
                 svg,
                 "<path class=\"frame dash\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
             );
-            svg += &word("t halo", [left + 4.0, at - 4.0], name);
+            if !name.is_empty() {
+                svg += &word("t halo", [left + 4.0, at - 4.0], *name);
+            }
         }
         for (at, why) in &self.gaps {
             let (at, why) = (x.at(*at), escape(why));

@@ -83,7 +83,7 @@ impl Sheet<'_> {
             ],
             ..Chart::default()
         };
-        self.panel(text!("u on Γ_C, and the obstacle"), 54.0, &chart);
+        self.panel(text!("u on Γ_C, and the obstacle"), 54.0, chart);
     }
 
     /// Contact at each quadrature point, a line for each code.
@@ -141,7 +141,7 @@ impl Sheet<'_> {
             },
             ..Chart::default()
         };
-        self.panel(title, 13.0 * with.len() as f64, &chart);
+        self.panel(title, 13.0 * with.len() as f64, chart);
     }
 
     /// What γ would have to be, where some of it is off.
@@ -193,6 +193,7 @@ impl Sheet<'_> {
                 segments(&told, true, 2.9, wrong.into_iter()),
             ],
             shades: grey,
+            levels: vec![(1.0, "")],
             ..Chart::default()
         };
         let grey = match chart.shades.is_empty() {
@@ -200,7 +201,7 @@ impl Sheet<'_> {
             false => "; grey: in contact, where γ does not enter",
         };
         let title = text!("γ that each face implies ÷ γ that the scene gives{}", grey);
-        self.panel(title, 44.0, &chart);
+        self.panel(title, 44.0, chart);
     }
 
     /// The worst row of each contact face, of every code.
@@ -245,7 +246,7 @@ impl Sheet<'_> {
         self.panel(
             format!("Residual of the row of each face{red}"),
             70.0,
-            &chart,
+            chart,
         );
     }
 
@@ -277,7 +278,7 @@ impl Sheet<'_> {
             ..Chart::default()
         };
         let title = "|a − b| of the face means, in units of max |u|";
-        self.panel(title, 70.0, &chart);
+        self.panel(title, 70.0, chart);
     }
 }
 

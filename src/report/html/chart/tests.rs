@@ -162,3 +162,32 @@ fn an_axis_without_a_logarithm_has_no_decades() {
     };
     assert!(Axis::new("x").ticks(&scale).is_empty());
 }
+
+#[test]
+fn a_strip_has_points_of_any_sign() {
+    let chart = Chart {
+        lines: vec![Line {
+            is_bare: true,
+            ..Line::new("u", 0, [[-1.0, 1.0], [0.0, 2.0], [1.0, 1.0]])
+        }],
+        ..Chart::default()
+    };
+    let svg = chart.strip([50.0, 0.0, 250.0, 70.0], [-1.0, 1.0], false);
+    assert!(
+        svg.contains("d=\"M50.0 ") && svg.contains("L150.0 "),
+        "{svg}"
+    );
+    // Labels of an axis as low as this stand apart.
+    let heights: Vec<f64> = svg
+        .split("class=\"t e\"")
+        .skip(1)
+        .map(|text| {
+            let y = text.split(" y=\"").nth(1).unwrap();
+            y.split('"').next().unwrap().parse().unwrap()
+        })
+        .collect();
+    let far = heights
+        .windows(2)
+        .all(|pair: &[f64]| (pair[0] - pair[1]).abs() > 10.0);
+    assert!(heights.len() > 1 && far, "{heights:?}");
+}
