@@ -152,7 +152,7 @@ fn an_axis_without_a_logarithm_has_no_decades() {
         [f64::NAN, 1.0],
         [1.0, f64::INFINITY],
     ] {
-        assert!(scale::decades(low, high).is_empty(), "{low} {high}");
+        assert!(decades(low, high).is_empty(), "{low} {high}");
     }
     // A linear scale has labels only where they are given, whatever its axis says.
     let scale = Scale {
