@@ -375,7 +375,9 @@ impl Chart {
                 "<path class=\"frame dash\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
             );
             if !name.is_empty() {
-                svg += &word("t halo", [left + 4.0, at - 4.0], *name);
+                // Below its line where the title is near.
+                let off = if at < top + LINE { LINE - 2.0 } else { -4.0 };
+                svg += &word("t halo", [left + 4.0, at + off], *name);
             }
         }
         for (at, why) in &self.gaps {
