@@ -15,9 +15,16 @@ use crate::quadrature::{Piece, WHOLE, exact, parts};
 use crate::scene::{Data, Exact, Expression, Part, Scene};
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
-/// Points that integrate over a cell what is smooth on a sixteenth of it, in 3D on an eighth.
-fn points_of_cells(dim: usize) -> Vec<([f64; 4], f64)> {
-    points_of_parts(dim, 4 - dim)
+/// Points that integrate over a cell what is smooth on a sixteenth of it, in 3D on an eighth: by the share of a part in its cell.
+fn points_of_shares(dim: usize) -> impl Fn(f64) -> &'static [([f64; 4], f64)] {
+    static RULES: [[std::sync::OnceLock<Vec<([f64; 4], f64)>>; 3]; 2] =
+        [const { [const { std::sync::OnceLock::new() }; 3] }; 2];
+    move |share| {
+        let smooth = 0.5f64.powi((dim * (4 - dim)) as i32);
+        let enough = |times: &usize| share * 0.5f64.powi((dim * times) as i32) <= smooth * 1.001;
+        let times = (0..4 - dim).find(enough).unwrap_or(4 - dim);
+        RULES[dim - 2][times].get_or_init(|| points_of_parts(dim, times))
+    }
 }
 
 /// The points and weights of a rule of degree 5 on each part of a simplex that is cut into 2^dim parts so many times.
@@ -81,7 +88,8 @@ pub(super) fn sigma(fields: &CellFields, cell: usize) -> impl Fn(&[f64; 4]) -> V
 fn errors(fields: &CellFields, truth: &Expression) -> True {
     let problem = fields.problem;
     let (space, mesh) = (&problem.space, problem.space.mesh);
-    let plain = points_of_cells(mesh.dim);
+    let points_of = points_of_shares(mesh.dim);
+    let plain = points_of(1.0);
     let mut squares = [0.0; 4];
     let is_one = cut_off::on_curved_faces(problem, fields.data.unit);
     for cell in 0..mesh.cell_count() {
@@ -128,22 +136,17 @@ fn errors(fields: &CellFields, truth: &Expression) -> True {
             };
             for sector in &lift.sectors {
                 let piece = lift.piece(sector);
-                for (inner, weight) in &plain {
+                let share = sector.to - sector.from;
+                for (inner, weight) in points_of(share) {
                     let at = inside(&piece, inner);
                     let (_, of_lift) = lifted(&geometry, lift, data, &at);
-                    add(&at, weight * (sector.to - sector.from), of_lift, zero);
+                    add(&at, weight * share, of_lift, zero);
                 }
             }
         } else if let Some(cut_off) = fields.data.cut_off(cell) {
             assert!(balance.tau.is_empty());
-            let few: Vec<_> = exact(3, 5).iter().collect();
-            let points = if cut_off.parts.len() > 8 {
-                &few
-            } else {
-                &plain
-            };
             for part in &cut_off.parts {
-                for (inner, weight) in points {
+                for (inner, weight) in points_of(part.share) {
                     let at = inside(&part.piece, inner);
                     let g = &problem.scene.data().g;
                     let (_, slope) = by_formula(mesh, g, &|vertex| is_one[vertex], (cell, &at));
@@ -157,7 +160,7 @@ fn errors(fields: &CellFields, truth: &Expression) -> True {
         } else {
             for tau in &balance.tau {
                 let field = tau.field::<3>(&simplex);
-                for (inner, weight) in &plain {
+                for (inner, weight) in points_of(tau.share) {
                     let here = Vector3::from(field.at(inner, mesh.dim));
                     add(&inside(&tau.piece, inner), weight * tau.share, zero, here);
                 }
@@ -517,7 +520,7 @@ fn waves_longer_than_cells_are_bounded() {
 }
 
 fn integral(mesh: &Triangulation, value: impl Fn(usize, &CellGeometry, &[f64; 4]) -> f64) -> f64 {
-    let points = points_of_cells(mesh.dim);
+    let points = points_of_shares(mesh.dim)(1.0);
     let of_cell = |cell: usize| -> f64 {
         let geometry = mesh.geometry(cell);
         let values = points
