@@ -5,47 +5,56 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::problem::{Domain, Problem};
-use crate::scalar::{Field, Leaf};
+use crate::problem::{Domain, Element, Problem};
+use crate::scalar::{Field, Id, Leaf};
+use crate::swap;
 
-/// The position of a scalar unknown up to a constant, and that of the vector whose values determine it nowhere.
-pub fn free_constant(problem: &mut Problem, unmarked: usize) -> Option<(usize, usize)> {
-    if unmarked > 0 {
-        return None;
-    }
-    let is_scalar = |k: &usize| problem.unknowns[*k].space.size.is_none();
-    let is_free = |k: &usize| problem.conditions.iter().all(|c| c.unknown != *k);
-    let candidates = (0..problem.unknowns.len()).filter(|k| is_scalar(k) && is_free(k));
-    candidates
-        .collect::<Vec<_>>()
-        .into_iter()
-        .find_map(|k| Some((k, only_by_divergence(problem, k)?)))
+/// How a constant can be added to an unknown without any change of F.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Free {
+    /// F depends on its derivatives and jumps only.
+    Differences,
+    /// F depends on its values times the divergence of a vector, at this position, that is given on the whole boundary.
+    Divergence(usize),
 }
 
-/// The vector v, given on the whole boundary, if F depends on the values of unknown k as c p div(v) only.
-fn only_by_divergence(problem: &mut Problem, k: usize) -> Option<usize> {
+/// Is the scalar unknown k free up to a constant, and why?
+pub fn free_constant(problem: &mut Problem, unmarked: usize, k: usize) -> Option<Free> {
+    let is_held = problem.conditions.iter().any(|c| c.unknown == k);
+    if is_held || problem.unknowns[k].space.size.is_some() {
+        return None;
+    }
     let mut divergence: BTreeMap<usize, BTreeMap<usize, f64>> = BTreeMap::new();
     let is_value = |leaf: &Leaf| leaf.field == Field::Unknown(k) && leaf.axis.is_none();
     for integral in problem.residual() {
         for (test, coefficient) in &integral.terms {
-            for by in problem.scalars.partials(*coefficient, is_value).values() {
-                let Field::Test(v) = test.field else {
-                    return None;
-                };
-                let is_whole =
-                    integral.measure.domain == Domain::Cells && integral.measure.groups.is_empty();
-                let factor = problem.scalars.number_of(*by)?;
-                if !is_whole || test.axis != Some(test.component) {
-                    return None;
+            let by = problem.scalars.partials(*coefficient, is_value);
+            let by: Vec<Id> = by.into_values().collect();
+            if cancel(problem, &by) {
+                continue;
+            }
+            let (Field::Test(v), [by]) = (test.field, &by[..]) else {
+                return None;
+            };
+            let is_whole =
+                integral.measure.domain == Domain::Cells && integral.measure.groups.is_empty();
+            let factor = problem.scalars.number_of(*by)?;
+            // Of a Raviart–Thomas function all slopes are one.
+            let is_one = problem.unknowns[v].space.element == Element::RaviartThomas;
+            if !is_whole || test.axis != Some(test.component) || test.second.is_some() {
+                return None;
+            }
+            let all = divergence.entry(v).or_default();
+            for component in 0..problem.dim {
+                if is_one || component == test.component {
+                    *all.entry(component).or_default() += factor;
                 }
-                *divergence
-                    .entry(v)
-                    .or_default()
-                    .entry(test.component)
-                    .or_default() += factor;
             }
         }
     }
+    let Some(v) = divergence.keys().next() else {
+        return Some(Free::Differences);
+    };
     let is_given = |v: &usize| {
         let space = problem.unknowns[*v].space;
         let boundary = (0..problem.groups.len())
@@ -67,8 +76,19 @@ fn only_by_divergence(problem: &mut Problem, k: usize) -> Option<usize> {
                 .values()
                 .all(|factor| Some(factor) == factors.get(&0))
     };
-    divergence
-        .iter()
-        .all(|(v, factors)| is_divergence(v, factors) && is_given(v))
-        .then(|| divergence.keys().next().copied())?
+    let is_free = unmarked == 0
+        && divergence
+            .iter()
+            .all(|(v, factors)| is_divergence(v, factors) && is_given(v));
+    is_free.then_some(Free::Divergence(*v))
+}
+
+/// Is the sum of some expressions 0, whatever their ends are?
+fn cancel(problem: &Problem, parts: &[Id]) -> bool {
+    (0..4).all(|seed| {
+        let of = |node| swap::random(problem, seed, node, false);
+        let values = parts.iter().map(|id| problem.scalars.value(*id, &of));
+        let (sum, size) = values.fold((0.0, 0.0), |(sum, size), v| (sum + v, size + v.abs()));
+        sum.abs() <= 1e-8 * size
+    })
 }

@@ -28,6 +28,10 @@ pub struct Problem {
     pub integrals: Vec<Integral>,
     /// Dirichlet values, by component; where two groups share a dof, the later one counts.
     pub conditions: Vec<Condition>,
+    /// Unknowns whose mean is given, because F leaves a constant free.
+    pub means: Vec<Mean>,
+    /// The steps in time, if F is solved more than once.
+    pub time: Option<Time>,
     /// The degree of polynomials that the quadrature rule on cells integrates exactly.
     pub degree: usize,
     /// The degree of the rule on facets.
@@ -54,11 +58,11 @@ pub struct Unknown {
 pub struct Space {
     /// The element of each component.
     pub element: Element,
-    /// The number of components of a vector; `None` for a scalar.
+    /// The number of components of a value; `None` for a scalar.
     pub size: Option<usize>,
 }
 
-/// A finite element for scalar functions.
+/// A finite element: for scalar functions, each component of a vector being one, or for vectors as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Element {
     /// Continuous polynomials of this degree, 1 to 3 (Lagrange).
@@ -67,6 +71,10 @@ pub enum Element {
     Broken(u8),
     /// Linear on each cell, with continuous means on facets (Crouzeix–Raviart).
     CrouzeixRaviart,
+    /// Vectors a + b x on each cell, with continuous normal components (Raviart–Thomas, lowest order).
+    RaviartThomas,
+    /// Vectors a + b × x on each cell, with continuous tangential components (Nédélec, first kind, lowest order).
+    Nedelec,
 }
 
 impl Element {
@@ -74,13 +82,18 @@ impl Element {
     pub fn degree(self) -> usize {
         match self {
             Element::Continuous(degree) | Element::Broken(degree) => degree.into(),
-            Element::CrouzeixRaviart => 1,
+            Element::CrouzeixRaviart | Element::RaviartThomas | Element::Nedelec => 1,
         }
     }
 
     /// Are its functions continuous?
     pub fn is_continuous(self) -> bool {
         matches!(self, Element::Continuous(_))
+    }
+
+    /// Are its functions vectors as a whole, so that a dof belongs to all components?
+    pub fn is_vector(self) -> bool {
+        matches!(self, Element::RaviartThomas | Element::Nedelec)
     }
 
     /// Its name in form files, as in `P2`.
@@ -90,6 +103,8 @@ impl Element {
             Element::Broken(0) => "P0".into(),
             Element::Broken(degree) => format!("DG{degree}"),
             Element::CrouzeixRaviart => "CR".into(),
+            Element::RaviartThomas => "RT0".into(),
+            Element::Nedelec => "N1curl".into(),
         }
     }
 }
@@ -102,7 +117,7 @@ impl Space {
 
     /// Its name in form files, as in `P2`.
     pub fn name(self) -> String {
-        match self.size {
+        match self.size.filter(|_| !self.element.is_vector()) {
             None => self.element.name(),
             Some(size) => format!("{}^{size}", self.element.name()),
         }
@@ -195,6 +210,37 @@ pub struct Condition {
     pub value: Id,
 }
 
+/// The mean of a scalar unknown over the domain, held by a Lagrange multiplier.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mean {
+    /// The position of the unknown.
+    pub unknown: usize,
+    /// Its mean.
+    pub value: f64,
+}
+
+/// Equal steps in time: F is solved in each, where `old(u)` is the solution of the step before.
+#[derive(Debug, Clone)]
+pub struct Time {
+    /// The number of steps; the first one starts at 0.
+    pub steps: usize,
+    /// The position of the parameter `t`, the time at the end of a step; its value is that at the end of the last one.
+    pub parameter: usize,
+    /// The unknowns at 0, interpolated; a component that is not there is 0.
+    pub initial: Vec<Initial>,
+}
+
+/// A component of an unknown at the start.
+#[derive(Debug, Clone)]
+pub struct Initial {
+    /// The position of the unknown.
+    pub unknown: usize,
+    /// The position of its component.
+    pub component: usize,
+    /// In coordinates and parameters.
+    pub value: Id,
+}
+
 /// The derivative of an integral: coefficients of pairs of a test function's and an increment's component.
 pub type Bilinear = BTreeMap<(Leaf, Leaf), Id>;
 
@@ -276,7 +322,7 @@ impl Problem {
         coefficients.all(|c| self.scalars.linear(*c, &is_unknown).is_ok())
     }
 
-    /// Does F depend on the unknowns otherwise than affinely?
+    /// Does F depend on the unknowns affinely, so that its derivative is free of them?
     pub fn is_linear(&mut self) -> bool {
         let integrals = self.integrals.clone();
         integrals.iter().all(|integral| {

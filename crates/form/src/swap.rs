@@ -46,7 +46,7 @@ fn differs<'a>(problem: &Problem, terms: impl Iterator<Item = (&'a Leaf, &'a Id)
 }
 
 /// The value of an end: the sides have the values of one random function on a facet with a random normal, or those of the other side.
-fn random(problem: &Problem, seed: u64, node: Node, is_swapped: bool) -> f64 {
+pub(crate) fn random(problem: &Problem, seed: u64, node: Node, is_swapped: bool) -> f64 {
     let turned = |side| match (side, is_swapped) {
         (Side::Plus, true) => Side::Minus,
         (Side::Minus, true) => Side::Plus,
@@ -72,13 +72,14 @@ fn random(problem: &Problem, seed: u64, node: Node, is_swapped: bool) -> f64 {
         Node::Leaf(leaf) => {
             let side = turned(leaf.side);
             let is_continuous = match leaf.field {
-                Field::Unknown(k) | Field::Increment(k) | Field::Test(k) => {
+                Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
                     problem.unknowns[k].space.element.is_continuous()
                 }
                 Field::Datum(_) => true,
             };
             // On a facet continuous functions have one value; only the normal derivative has two.
-            match leaf.axis {
+            match leaf.axis.filter(|_| leaf.second.is_none()) {
+                _ if leaf.second.is_some() => draw(&Node::Leaf(Leaf { side, ..leaf })),
                 None if is_continuous => draw(&Node::Leaf(Leaf {
                     side: Side::Plus,
                     ..leaf

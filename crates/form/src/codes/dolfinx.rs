@@ -28,6 +28,8 @@ fn element(unknown: &Unknown) -> String {
         Element::Continuous(degree) => format!("\"Lagrange\", {degree}"),
         Element::Broken(degree) => format!("\"DG\", {degree}"),
         Element::CrouzeixRaviart => "\"CR\", 1".into(),
+        Element::RaviartThomas => "\"RT\", 1".into(),
+        Element::Nedelec => "\"N1curl\", 1".into(),
     };
     match unknown.space.size {
         None => format!("element({family})"),

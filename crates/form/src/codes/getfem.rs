@@ -29,6 +29,8 @@ fn element(element: Element, dim: usize) -> Result<String, String> {
         Element::Broken(degree) => Ok(format!("FEM_PK_DISCONTINUOUS({dim},{degree})")),
         Element::CrouzeixRaviart if dim == 2 => Ok("FEM_P1_NONCONFORMING".into()),
         Element::CrouzeixRaviart => Err("GetFEM has no Crouzeix-Raviart element in 3D".into()),
+        Element::RaviartThomas => Ok(format!("FEM_RT0({dim})")),
+        Element::Nedelec => Ok(format!("FEM_NEDELEC({dim})")),
     }
 }
 

@@ -32,6 +32,7 @@ fn space(element: Element, dim: usize, held: &str, jumps: bool) -> Result<String
         Element::CrouzeixRaviart => {
             return Err("NGSolve has Crouzeix-Raviart elements on triangles only".into());
         }
+        Element::RaviartThomas | Element::Nedelec => return Err("NGSolve".into()),
     })
 }
 

@@ -24,7 +24,7 @@ fn basis(element: Element) -> Result<(&'static str, usize), String> {
     match element {
         Element::Continuous(degree) => Ok(("lagrange", degree.into())),
         Element::Broken(degree) => Ok(("discont", degree.into())),
-        Element::CrouzeixRaviart => Err("nutils has no Crouzeix-Raviart element".into()),
+        other => Err(format!("nutils has no {}", other.name())),
     }
 }
 

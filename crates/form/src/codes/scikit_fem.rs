@@ -28,6 +28,9 @@ fn element(unknown: &Unknown, dim: usize) -> Result<String, String> {
         Element::Continuous(degree) => format!("skfem.Element{cell}P{degree}()"),
         Element::Broken(0) => format!("skfem.Element{cell}P0()"),
         Element::Broken(degree) => format!("skfem.ElementDG(skfem.Element{cell}P{degree}())"),
+        Element::RaviartThomas | Element::Nedelec => {
+            return Err("scikit-fem".into());
+        }
         Element::CrouzeixRaviart => format!("skfem.Element{cell}CR()"),
     };
     Ok(match unknown.space.size {
@@ -76,7 +79,7 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
         Node::Leaf(leaf) => {
             let (name, size) = match leaf.field {
                 Field::Datum(_) => (format!("w.{}{}", words.part(leaf), mark(leaf.side)), None),
-                Field::Unknown(k) => (
+                Field::Unknown(k) | Field::Old(k) => (
                     format!("{}{}", words.whole(leaf.field), mark(leaf.side)),
                     problem.unknowns[k].space.size,
                 ),

@@ -58,6 +58,10 @@ impl Words {
             let test = unknown.test.replace("test.", "test_");
             add(Field::Unknown(k), &unknown.name, &unknown.space.shape());
             add(Field::Test(k), &test, &unknown.space.shape());
+            if problem.time.is_some() {
+                let old = format!("old_{}", unknown.name);
+                add(Field::Old(k), &old, &unknown.space.shape());
+            }
             add(
                 Field::Increment(k),
                 &format!("d{}", unknown.name),
@@ -408,7 +412,7 @@ fn plain_end(problem: &Problem, node: Node) -> String {
         Node::Diameter(_) => "h".into(),
         Node::Leaf(leaf) => {
             let (name, size) = match leaf.field {
-                Field::Unknown(k) | Field::Increment(k) | Field::Test(k) => {
+                Field::Unknown(k) | Field::Increment(k) | Field::Test(k) | Field::Old(k) => {
                     (&problem.unknowns[k].name, problem.unknowns[k].space.size)
                 }
                 Field::Datum(k) => (
@@ -416,10 +420,14 @@ fn plain_end(problem: &Problem, node: Node) -> String {
                     problem.data[k].shape.first().copied(),
                 ),
             };
-            let name = component(name, size, leaf.component);
-            match leaf.axis {
-                None => name,
-                Some(k) => format!("d{name}/d{}", axis(k)),
+            let mut name = component(name, size, leaf.component);
+            if matches!(leaf.field, Field::Old(_)) {
+                name = format!("old({name})");
+            }
+            match (leaf.axis, leaf.second) {
+                (None, _) => name,
+                (Some(k), None) => format!("d{name}/d{}", axis(k)),
+                (Some(k), Some(l)) => format!("d2{name}/d{}d{}", axis(k), axis(l)),
             }
         }
         _ => String::new(),
@@ -440,12 +448,16 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
     let Some(cells) = cells.pop() else {
         return Vec::new();
     };
+    if cells.terms.keys().any(|leaf| leaf.second.is_some()) {
+        return Vec::new();
+    }
     let mut lines = Vec::new();
     for (unknown, component) in problem.components() {
         let leaf = |axis| Leaf {
             field: Field::Test(unknown),
             component,
             axis,
+            second: None,
             side: Side::Here,
         };
         let fluxes: Vec<Option<Id>> = (0..problem.dim)

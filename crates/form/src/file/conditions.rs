@@ -4,9 +4,10 @@ use faceoff_fem::scene::expression::syntax::Kind;
 use faceoff_mesh::error::Result;
 
 use super::{Entry, File, Value};
+use crate::kernel::Free;
 use crate::language::{MOST_LENGTH, Names, Reader, find_group};
-use crate::problem::{Condition, Element, Problem};
-use crate::scalar::{Field, Node};
+use crate::problem::{Condition, Domain, Element, Mean, Problem, Unknown};
+use crate::scalar::{Field, Id, Leaf, Node};
 use crate::{kernel, swap};
 
 impl<'a> File<'a> {
@@ -22,16 +23,7 @@ impl<'a> File<'a> {
                 (None, false) if problem.unknowns.len() == 1 => {
                     self.condition(&each, 0, problem)?
                 }
-                (None, true) => {
-                    let known: Vec<&str> =
-                        problem.unknowns.iter().map(|u| u.name.as_str()).collect();
-                    let remedy = format!("the unknowns are {}", known.join(", "));
-                    return Err(self.refuse(
-                        each.place.start,
-                        format!("there is no unknown `{}`", each.key),
-                        remedy,
-                    ));
-                }
+                (None, true) => return self.unknown(&each, problem).map(drop),
                 _ => {
                     let what = "with several unknowns it is not clear which one is held";
                     return Err(self.refuse(each.place.start, what, "write u = {left = \"…\"}"));
@@ -53,55 +45,24 @@ impl<'a> File<'a> {
             );
             return Err(self.refuse(at, what, "hold the values weakly, by terms of F on ds"));
         }
-        let parts: Vec<&Value<'a>> = match entry.value.get_ref().as_array() {
-            Some(list) => list.iter().collect(),
-            None => vec![entry.value],
-        };
-        if parts.len() != space.count() {
-            let name = &problem.unknowns[unknown].name;
-            let counted = |n: usize, what: &str| match n {
-                1 => format!("1 {what}"),
-                _ => format!("{n} {what}s"),
-            };
+        let parts = self.components(entry, unknown, problem)?;
+        let is_whole = space.element.is_vector();
+        if is_whole && problem.groups[group].on != Some(Domain::Boundary) {
             let what = format!(
-                "{} for {name}, which has {}",
-                counted(parts.len(), "value"),
-                counted(space.count(), "component")
+                "{} functions are held on the boundary only, and this group is not there",
+                space.name()
             );
-            return Err(self.refuse(
-                entry.value.span().start,
-                what,
-                "give one for each; \"free\" leaves one free",
-            ));
+            return Err(self.refuse(at, what, "name a group of the boundary"));
         }
         for (component, part) in parts.into_iter().enumerate() {
-            let (text, term) = self.term(part)?;
-            if matches!(&term.kind, Kind::Name(name) if name == "free") {
+            let Some(value) = self.value(part, problem)? else {
+                if is_whole {
+                    let what = format!("a dof of {} belongs to all components", space.name());
+                    let remedy = "give a vector: of RT0 its normal component counts, of N1curl its tangential ones";
+                    return Err(self.refuse(part.span().start, what, remedy));
+                }
                 continue;
-            }
-            let names = Names {
-                dim: problem.dim,
-                unknowns: &[],
-                parameters: &problem.parameters,
-                data: &problem.data,
-                groups: &[],
-                unmarked: 0,
             };
-            let value = Reader::new(names, &mut problem.scalars).formula(&term);
-            let value = value.map_err(|fault| self.fault(part, &text, fault))?;
-            let data = &problem.data;
-            // Data are put in as formulas.
-            let value = problem.scalars.map(value, &mut |_, node| match node {
-                Node::Leaf(leaf) => match leaf.field {
-                    Field::Datum(k) => Some(data[k].components[leaf.component]),
-                    _ => None,
-                },
-                _ => None,
-            });
-            if problem.scalars.length(value) > MOST_LENGTH {
-                let what = "this value is too long when its data are put in";
-                return Err(self.refuse(part.span().start, what, "shorten the data"));
-            }
             problem.conditions.push(Condition {
                 unknown,
                 component,
@@ -110,6 +71,71 @@ impl<'a> File<'a> {
             });
         }
         Ok(())
+    }
+
+    /// The values of an entry, one for each component of an unknown.
+    pub(super) fn components(
+        &self,
+        entry: &Entry<'a>,
+        unknown: usize,
+        problem: &Problem,
+    ) -> Result<Vec<&'a Value<'a>>> {
+        let parts: Vec<&Value<'a>> = match entry.value.get_ref().as_array() {
+            Some(list) => list.iter().collect(),
+            None => vec![entry.value],
+        };
+        let Unknown { name, space, .. } = &problem.unknowns[unknown];
+        if parts.len() == space.count() {
+            return Ok(parts);
+        }
+        let counted = |n: usize, what: &str| match n {
+            1 => format!("1 {what}"),
+            _ => format!("{n} {what}s"),
+        };
+        let what = format!(
+            "{} for {name}, which has {}",
+            counted(parts.len(), "value"),
+            counted(space.count(), "component")
+        );
+        let remedy = match space.element.is_vector() {
+            true => "give one for each",
+            false => "give one for each; \"free\" leaves one free",
+        };
+        Err(self.refuse(entry.value.span().start, what, remedy))
+    }
+
+    /// A function of the point, with data put in as formulas; none where it says `free`.
+    pub(super) fn value(&self, part: &'a Value<'a>, problem: &mut Problem) -> Result<Option<Id>> {
+        let (text, term) = self.term(part)?;
+        if matches!(&term.kind, Kind::Name(name) if name == "free") {
+            return Ok(None);
+        }
+        let names = Names {
+            dim: problem.dim,
+            unknowns: &[],
+            parameters: &problem.parameters,
+            data: &problem.data,
+            groups: &[],
+            unmarked: 0,
+            is_timed: false,
+        };
+        let value = Reader::new(names, &mut problem.scalars).formula(&term);
+        let value = value.map_err(|fault| self.fault(part, &text, fault))?;
+        let data = &problem.data;
+        let value = problem.scalars.map(value, &mut |_, node| match node {
+            Node::Leaf(leaf) => match leaf.field {
+                Field::Datum(k) => Some(data[k].components[leaf.component]),
+                _ => None,
+            },
+            _ => None,
+        });
+        match problem.scalars.length(value) > MOST_LENGTH {
+            false => Ok(Some(value)),
+            true => {
+                let what = "this value is too long when its data are put in";
+                Err(self.refuse(part.span().start, what, "shorten the data"))
+            }
+        }
     }
 
     /// Does F say something of every unknown, and is each held?
@@ -126,36 +152,26 @@ impl<'a> File<'a> {
             return Err(self.refuse(at, what, remedy));
         }
         let at = form.span().start;
-        if let Some((p, v)) = kernel::free_constant(problem, unmarked) {
-            let [p, v] = [p, v].map(|k| problem.unknowns[k].name.as_str());
-            let what = format!(
-                "a constant can be added to {p}: F has it times a divergence only, and {v} is given on the whole boundary"
-            );
-            let remedy = format!(
-                "leave {v} free on a part of the boundary, hold {p} somewhere, or add a small multiple of {p} to its equation"
-            );
-            return Err(self.refuse(at, what, remedy));
-        }
         let all = problem.integrals.iter().flat_map(|i| &i.terms);
+        let leaves = problem.scalars.leaves(all.clone().map(|(_, c)| *c));
         for (k, unknown) in problem.unknowns.iter().enumerate() {
             let name = &unknown.name;
-            for component in 0..unknown.space.count() {
-                let of = match unknown.space.size {
+            let is_whole = unknown.space.element.is_vector();
+            let count = if is_whole { 1 } else { unknown.space.count() };
+            for component in 0..count {
+                let of = match unknown.space.size.filter(|_| !is_whole) {
                     None => String::new(),
                     Some(_) => format!("[{component}]"),
                 };
-                let is_tested = |field| field == Field::Test(k);
-                if !all
-                    .clone()
-                    .any(|(test, _)| is_tested(test.field) && test.component == component)
-                {
+                let is_it = |leaf: &Leaf| is_whole || leaf.component == component;
+                let is_tested = |leaf: &Leaf| leaf.field == Field::Test(k) && is_it(leaf);
+                if !all.clone().any(|(test, _)| is_tested(test)) {
                     let what = format!("no term of F has the test function {}{of}", unknown.test);
                     return Err(self.refuse(at, what, "each unknown needs an equation"));
                 }
-                let leaves = problem.scalars.leaves(all.clone().map(|(_, c)| *c));
                 let mut of_it = leaves
                     .iter()
-                    .filter(|leaf| leaf.field == Field::Unknown(k) && leaf.component == component)
+                    .filter(|leaf| leaf.field == Field::Unknown(k) && is_it(leaf))
                     .peekable();
                 if of_it.peek().is_none() {
                     let what = format!("F does not depend on {name}{of}");
@@ -165,16 +181,102 @@ impl<'a> File<'a> {
                     .conditions
                     .iter()
                     .any(|c| c.unknown == k && c.component == component);
-                if !is_held && of_it.all(|leaf| leaf.axis.is_some()) {
+                let is_free = unknown.space.size.is_some() && (is_whole || !is_held);
+                if is_free && of_it.all(|leaf| leaf.axis.is_some()) {
                     let what = format!(
-                        "nothing holds {name}{of}: F depends on its gradient only, so that a constant is free"
+                        "nothing holds {name}{of}: F depends on its derivatives only, so that {} is free",
+                        if is_whole { "much of it" } else { "a constant" }
                     );
-                    let remedy =
-                        "hold it on a group under [dirichlet], or add a term with its values";
+                    let remedy = match is_whole {
+                        true => "add a term with its values, as in dot(u, v)*dx",
+                        false => {
+                            "hold it on a group under [dirichlet], or add a term with its values"
+                        }
+                    };
                     return Err(self.refuse(at, what, remedy));
                 }
             }
         }
+        self.check_start(problem, at)?;
+        self.check_constants(problem, at, unmarked)
+    }
+
+    /// Is every scalar known without a constant that could be added, and no mean given where none is free?
+    fn check_constants(&self, problem: &mut Problem, at: usize, unmarked: usize) -> Result<()> {
+        for k in 0..problem.unknowns.len() {
+            if problem.means.iter().any(|mean| mean.unknown == k) {
+                continue;
+            }
+            let free = kernel::free_constant(problem, unmarked, k);
+            let name = &problem.unknowns[k].name;
+            let mean = format!("give its mean, as in [mean] {name} = 0");
+            let (what, remedy) = match free {
+                None => continue,
+                Some(Free::Divergence(v)) => {
+                    let v = &problem.unknowns[v].name;
+                    (
+                        format!(
+                            "a constant can be added to {name}: F has it times a divergence only, and {v} is given on the whole boundary"
+                        ),
+                        format!(
+                            "{mean}, leave {v} free on a part of the boundary, or hold {name} somewhere"
+                        ),
+                    )
+                }
+                Some(Free::Differences) => (
+                    format!(
+                        "nothing holds {name}: F depends on its gradient and jumps only, so that a constant is free"
+                    ),
+                    format!(
+                        "hold it on a group under [dirichlet], {mean}, or add a term with its values"
+                    ),
+                ),
+            };
+            return Err(self.refuse(at, what, remedy));
+        }
         Ok(())
+    }
+
+    /// The means that a file gives of unknowns that are known up to a constant.
+    pub(super) fn means(
+        &self,
+        entry: &Entry<'a>,
+        problem: &mut Problem,
+        unmarked: usize,
+    ) -> Result<()> {
+        for each in self.entries(entry.value, "mean")? {
+            let at = each.place.start;
+            let unknown = self.unknown(&each, problem)?;
+            let name = &problem.unknowns[unknown].name;
+            if problem.unknowns[unknown].space.size.is_some() {
+                let what = format!("{name} is a vector, and means are given of scalars");
+                return Err(self.refuse(at, what, "leave it out"));
+            }
+            let value = self.number(each.value).ok_or_else(|| {
+                let what = format!("the mean of {name} is not a finite number");
+                self.refuse(each.value.span().start, what, "give one number")
+            })?;
+            if kernel::free_constant(problem, unmarked, unknown).is_none() {
+                let name = &problem.unknowns[unknown].name;
+                let what = format!(
+                    "the mean of {name} is given, and F and the values on the boundary determine it already"
+                );
+                return Err(self.refuse(at, what, "leave it out"));
+            }
+            problem.means.push(Mean { unknown, value });
+        }
+        Ok(())
+    }
+
+    /// The position of the unknown that a key names.
+    pub(super) fn unknown(&self, entry: &Entry<'_>, problem: &Problem) -> Result<usize> {
+        let found = problem.unknowns.iter().position(|u| u.name == entry.key);
+        found.ok_or_else(|| {
+            let known = problem.unknowns.iter().map(|u| u.name.as_str());
+            let known: Vec<&str> = known.collect();
+            let what = format!("there is no unknown `{}`", entry.key);
+            let remedy = format!("the unknowns are {}", known.join(", "));
+            self.refuse(entry.place.start, what, remedy)
+        })
     }
 }

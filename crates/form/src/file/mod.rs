@@ -4,6 +4,7 @@ mod conditions;
 mod mesh;
 #[cfg(test)]
 mod tests;
+mod time;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -82,6 +83,18 @@ impl<'a> File<'a> {
         }
     }
 
+    /// A finite number.
+    fn number(&self, value: &Value<'_>) -> Option<f64> {
+        match value.get_ref() {
+            DeValue::Integer(_) | DeValue::Float(_) => self.text[value.span()]
+                .replace('_', "")
+                .parse()
+                .ok()
+                .filter(|v: &f64| v.is_finite()),
+            _ => None,
+        }
+    }
+
     fn integer(&self, value: &'a Value<'a>, most: usize) -> Result<usize> {
         let number = value
             .get_ref()
@@ -155,7 +168,7 @@ impl<'a> File<'a> {
     }
 
     fn read(&self, tables: Vec<Entry<'a>>, mesh: &Mesh) -> Result<Problem> {
-        const KEYS: [&str; 11] = [
+        const KEYS: [&str; 14] = [
             "name",
             "about",
             "mesh",
@@ -164,6 +177,9 @@ impl<'a> File<'a> {
             "data",
             "form",
             "dirichlet",
+            "mean",
+            "time",
+            "initial",
             "codes",
             "fields",
             "numbers",
@@ -188,10 +204,13 @@ impl<'a> File<'a> {
         let name = self.title(need("name")?.value)?;
         let mut taken = BTreeSet::new();
         let unknowns = self.unknowns(need("spaces")?, dim, &mut taken)?;
-        let parameters = match find("parameters") {
+        let mut parameters = match find("parameters") {
             Some(entry) => self.parameters(entry, &mut taken)?,
             None => Vec::new(),
         };
+        let time = find("time")
+            .map(|entry| self.time(entry, &mut parameters, &mut taken))
+            .transpose()?;
         let mut scalars = Scalars::default();
         let data = match find("data") {
             Some(entry) => self.data(entry, dim, &parameters, &mut taken, &mut scalars)?,
@@ -223,6 +242,7 @@ impl<'a> File<'a> {
             data: &data,
             groups: &groups,
             unmarked,
+            is_timed: time.is_some(),
         };
         let integrals = Reader::new(names, &mut scalars)
             .form(&term)
@@ -240,6 +260,8 @@ impl<'a> File<'a> {
             groups,
             integrals,
             conditions: Vec::new(),
+            means: Vec::new(),
+            time,
             degree,
             facet_degree,
             form: (text, term),
@@ -247,6 +269,12 @@ impl<'a> File<'a> {
         };
         if let Some(entry) = find("dirichlet") {
             self.conditions(entry, &mut problem)?;
+        }
+        if let Some(entry) = find("initial") {
+            self.initial(entry, &mut problem)?;
+        }
+        if let Some(entry) = find("mean") {
+            self.means(entry, &mut problem, unmarked)?;
         }
         self.check(&mut problem, entry.value, unmarked)?;
         Ok(problem)
@@ -306,8 +334,7 @@ impl<'a> File<'a> {
             let name = self.name(each, taken)?;
             let text = self.text_of(each.value)?;
             let space = space(&text, dim).ok_or_else(|| {
-                let remedy =
-                    "known are P0 to P3, DG0 to DG2 and CR, and vectors of them as in \"P2^2\"";
+                let remedy = "known are P0 to P3, DG0 to DG2 and CR, vectors of them as in \"P2^2\", RT0 and N1curl";
                 self.refuse(
                     each.value.span().start,
                     format!("there is no space `{text}`"),
@@ -344,15 +371,7 @@ impl<'a> File<'a> {
         let entries = self.entries(entry.value, "parameters")?;
         let each = entries.iter().map(|each| {
             let name = self.name(each, taken)?;
-            let value = match each.value.get_ref() {
-                DeValue::Integer(_) | DeValue::Float(_) => self.text[each.value.span()]
-                    .replace('_', "")
-                    .parse()
-                    .ok()
-                    .filter(|v: &f64| v.is_finite()),
-                _ => None,
-            };
-            let value = value.ok_or_else(|| {
+            let value = self.number(each.value).ok_or_else(|| {
                 self.refuse(
                     each.value.span().start,
                     format!("the parameter {name} is not a finite number"),
@@ -417,6 +436,7 @@ impl<'a> File<'a> {
                     data: &[],
                     groups: &[],
                     unmarked: 0,
+                    is_timed: false,
                 };
                 let id = Reader::new(names, scalars).formula(&term);
                 let id = id.map_err(|fault| self.fault(part, &text, fault))?;
@@ -489,8 +509,19 @@ fn ordered<'a>(table: &'a DeTable<'a>) -> Vec<Entry<'a>> {
     entries
 }
 
-/// `P2`, `P2^2` or `CR^d`.
+/// `P2`, `P2^2`, `CR^d` or `RT0`.
 fn space(text: &str, dim: usize) -> Option<Space> {
+    let vector = match text {
+        "RT0" => Some(Element::RaviartThomas),
+        "N1curl" => Some(Element::Nedelec),
+        _ => None,
+    };
+    if let Some(element) = vector {
+        return Some(Space {
+            element,
+            size: Some(dim),
+        });
+    }
     let (element, size) = match text.split_once('^') {
         None => (text, None),
         Some((element, "d")) => (element, Some(dim)),

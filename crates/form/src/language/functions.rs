@@ -5,6 +5,7 @@ use faceoff_fem::scene::expression::{Comparison, Function};
 use faceoff_mesh::error::meant;
 
 use super::{Reader, Result, Tensor, WORDS, fault, kind_of, scalar, transpose};
+use crate::problem::Element;
 use crate::scalar::{Id, Side};
 
 impl Reader<'_> {
@@ -76,6 +77,7 @@ impl Reader<'_> {
                         format!("it takes what has {dim} components along its last dimension");
                     return Err(fault(term, what, remedy));
                 }
+                self.not_zero(term, &a, "div", Element::Nedelec)?;
                 let grad = self.gradient(term, &a)?;
                 let shape = a.shape[..a.shape.len() - 1].to_vec();
                 let rows = grad.entries.chunks(dim * dim);
@@ -84,6 +86,10 @@ impl Reader<'_> {
                     entries: entries.collect(),
                     shape,
                 })
+            }
+            "old" => {
+                takes(&[1])?;
+                self.old(term, first)
             }
             "curl" | "rot" => {
                 takes(&[1])?;
@@ -265,7 +271,7 @@ impl Reader<'_> {
                             "multiply with *, and take sides of a facet by ('+') and ('-')";
                         return Err(fault(term, format!("`{name}` is not a function"), remedy));
                     }
-                    let known = WORDS[10..34].iter().copied();
+                    let known = WORDS[10..35].iter().copied();
                     let remedy = format!(
                         "{}docs/reference/form.md has all functions",
                         meant(name, known)

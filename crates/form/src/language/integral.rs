@@ -86,6 +86,7 @@ impl Reader<'_> {
     pub(super) fn field_name(&self, field: Field) -> String {
         match field {
             Field::Unknown(k) | Field::Increment(k) => self.names.unknowns[k].name.clone(),
+            Field::Old(k) => format!("old({})", self.names.unknowns[k].name),
             Field::Test(k) => self.names.unknowns[k].test.clone(),
             Field::Datum(k) => self.names.data[k].name.clone(),
         }

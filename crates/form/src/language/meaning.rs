@@ -139,11 +139,51 @@ impl Reader<'_> {
             field,
             component,
             axis: None,
+            second: None,
             side: Side::Here,
         };
         let count = shape.iter().product();
         let entries = (0..count).map(|c| self.scalars.leaf(leaf(c))).collect();
         Some(Tensor { shape, entries })
+    }
+
+    /// An unknown at the end of the step before.
+    pub(super) fn old(&mut self, term: &Term, of: &Term) -> Result<Tensor> {
+        let is_unknown = |name: &String| self.names.unknowns.iter().any(|u| u.name == *name);
+        let Kind::Name(name) = &of.kind else {
+            return Err(fault(
+                of,
+                "this is not an unknown",
+                "write old(u), as in grad(old(u))",
+            ));
+        };
+        if !is_unknown(name) {
+            let known = self.names.unknowns.iter().map(|u| u.name.as_str());
+            let known: Vec<&str> = known.collect();
+            let remedy = match known.is_empty() {
+                true => "old is for F only".to_owned(),
+                false => format!("the unknowns are {}", known.join(", ")),
+            };
+            return Err(fault(of, format!("`{name}` is not an unknown"), remedy));
+        }
+        if !self.names.is_timed {
+            let what =
+                format!("old({name}) is {name} a step before, and there are no steps in time");
+            return Err(fault(term, what, "add [time] with step and end"));
+        }
+        let tensor = self.tensor(of)?;
+        Ok(self.each(tensor, |s, entry| match s.node(entry) {
+            Node::Leaf(
+                leaf @ Leaf {
+                    field: Field::Unknown(k),
+                    ..
+                },
+            ) => s.leaf(Leaf {
+                field: Field::Old(k),
+                ..leaf
+            }),
+            _ => entry,
+        }))
     }
 
     pub(super) fn test(&mut self, term: &Term, name: &str) -> Result<Tensor> {

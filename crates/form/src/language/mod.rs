@@ -15,7 +15,7 @@ use crate::problem::{Datum, Group, Integral, Measure, Parameter, Unknown};
 use crate::scalar::{Id, Node, Scalars};
 
 /// Reserved words: not allowed as names of parameters, data and unknowns.
-pub const WORDS: [&str; 36] = [
+pub const WORDS: [&str; 37] = [
     "x",
     "y",
     "z",
@@ -50,6 +50,7 @@ pub const WORDS: [&str; 36] = [
     "pow",
     "sign",
     "pos",
+    "old",
     "free",
     "F",
 ];
@@ -111,6 +112,8 @@ pub struct Names<'a> {
     pub groups: &'a [Group],
     /// The number of facets of the boundary in no group.
     pub unmarked: usize,
+    /// Are there steps in time?
+    pub is_timed: bool,
 }
 
 /// Turns syntax trees into expressions, given the names that they may use.

@@ -3,7 +3,8 @@
 use faceoff_fem::scene::expression::syntax::Term;
 
 use super::{Reader, Result, Tensor, fault, kind_of, scalar};
-use crate::scalar::{Field, Id, Leaf, Node, Side};
+use crate::problem::{Element, Space};
+use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 
 impl Reader<'_> {
     pub(super) fn restricted(&mut self, term: &Term, of: &Term, side: &str) -> Result<Tensor> {
@@ -43,8 +44,8 @@ impl Reader<'_> {
 
     /// ∂/∂x_axis, by the chain rule.
     pub(super) fn slope(&mut self, term: &Term, id: Id, axis: usize) -> Result<Id> {
-        let data = self.names.data;
-        let mut twice = false;
+        let (data, unknowns, dim) = (self.names.data, self.names.unknowns, self.names.dim);
+        let mut refused = None;
         let found = self.scalars.derivative(id, &mut |s, node| match node {
             Node::Coordinate(k) => s.number(f64::from(u8::from(k == axis))),
             Node::Leaf(leaf) => match leaf.field {
@@ -54,24 +55,62 @@ impl Reader<'_> {
                         s.number(f64::from(u8::from(node == Node::Coordinate(axis))))
                     })
                 }
-                _ => {
-                    twice |= leaf.axis.is_some();
+                Field::Datum(_) => {
+                    if leaf.axis.is_some() {
+                        refused = Some((
+                            "a second derivative of data that are interpolated".to_owned(),
+                            "give the datum as a formula: f = \"…\"",
+                        ));
+                    }
                     s.leaf(Leaf {
                         axis: Some(axis),
                         ..leaf
+                    })
+                }
+                Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
+                    let space = unknowns[k].space;
+                    let found = partial(s, space, leaf, axis, dim);
+                    found.unwrap_or_else(|fault| {
+                        refused = Some(fault);
+                        s.number(0.0)
                     })
                 }
             },
             // Normals and diameters are constant on a facet or cell.
             _ => s.number(0.0),
         });
-        match twice {
-            false => Ok(found),
-            true => Err(fault(
-                term,
-                "a second derivative",
-                "only first derivatives are in the language: integrate by parts",
-            )),
+        match refused {
+            None => Ok(found),
+            Some((what, remedy)) => Err(fault(term, what, remedy)),
+        }
+    }
+
+    /// Refuses a derivative that is 0 for all functions of a space.
+    pub(super) fn not_zero(
+        &self,
+        term: &Term,
+        of: &Tensor,
+        name: &str,
+        element: Element,
+    ) -> Result<()> {
+        let is_of_it = |id: &Id| match self.scalars.node(*id) {
+            Node::Leaf(Leaf {
+                field: Field::Unknown(k) | Field::Old(k) | Field::Test(k),
+                axis: None,
+                ..
+            }) => self.names.unknowns[k].space.element == element,
+            _ => false,
+        };
+        match of.entries.iter().all(is_of_it) {
+            false => Ok(()),
+            true => {
+                let what = format!("the {name} of {} functions is 0", element.name());
+                let remedy = match element {
+                    Element::RaviartThomas => "RT0 functions have a div; N1curl functions a curl",
+                    _ => "N1curl functions have a curl; RT0 functions a div",
+                };
+                Err(fault(term, what, remedy))
+            }
         }
     }
 
@@ -106,6 +145,7 @@ impl Reader<'_> {
     pub(super) fn curl(&mut self, term: &Term, of: &Term, name: &str) -> Result<Tensor> {
         let a = self.tensor(of)?;
         let dim = self.names.dim;
+        self.not_zero(term, &a, name, Element::RaviartThomas)?;
         let difference = |reader: &mut Self, i: usize, j: usize| -> Result<Id> {
             let [p, q] = [
                 reader.slope(term, a.entries[j], i)?,
@@ -140,5 +180,62 @@ impl Reader<'_> {
                 "it takes a vector of as many components as there are dimensions; in 2D a scalar as well",
             )),
         }
+    }
+}
+
+/// ∂/∂x_axis of a component of a function in a space, or of its derivative.
+///
+/// On a cell, the gradient of a + b x (Raviart–Thomas) is b I, and that of a + b × x (Nédélec) is skew: their entries are one number, or the
+/// components of one vector, so that codes need div or curl only.
+fn partial(
+    s: &mut Scalars,
+    space: Space,
+    leaf: Leaf,
+    axis: usize,
+    dim: usize,
+) -> std::result::Result<Id, (String, &'static str)> {
+    let first = |component, axis| Leaf {
+        component,
+        axis: Some(axis),
+        ..leaf
+    };
+    let name = || space.element.name();
+    match (leaf.axis, leaf.second, space.element) {
+        (None, _, Element::RaviartThomas) => Ok(match leaf.component == axis {
+            true => s.leaf(first(0, 0)),
+            false => s.number(0.0),
+        }),
+        (None, _, Element::Nedelec) => {
+            let (i, j) = (leaf.component, axis);
+            let is_first = |i, j| match dim {
+                2 => (i, j) == (1, 0),
+                _ => i == (j + 1) % 3,
+            };
+            if i == j {
+                return Ok(s.number(0.0));
+            }
+            if is_first(i, j) {
+                return Ok(s.leaf(first(i, j)));
+            }
+            let found = s.leaf(first(j, i));
+            Ok(s.negative(found))
+        }
+        (None, ..) => Ok(s.leaf(first(leaf.component, axis))),
+        (Some(_), None, element) if element.degree() < 2 => Err((
+            format!(
+                "the second derivatives of {} functions are 0 in every cell",
+                name()
+            ),
+            "leave this term out, or take a space of degree 2",
+        )),
+        (Some(before), None, _) => Ok(s.leaf(Leaf {
+            axis: Some(before.min(axis)),
+            second: Some(before.max(axis)),
+            ..leaf
+        })),
+        (Some(_), Some(_), _) => Err((
+            "a third derivative".to_owned(),
+            "the language has first and second derivatives: integrate by parts",
+        )),
     }
 }

@@ -65,6 +65,7 @@ fn evaluated(text: &str, dim: usize) -> (Vec<usize>, Vec<f64>) {
         data: &[datum],
         groups: &[],
         unmarked: 0,
+        is_timed: true,
     };
     let term = Term::parse(text).unwrap_or_else(|e| panic!("{text}: {}", e.what));
     let tensor = Reader::new(names, &mut scalars).tensor(&term);

@@ -27,6 +27,8 @@ pub enum Side {
 pub enum Field {
     /// An unknown.
     Unknown(usize),
+    /// An unknown at the end of the step before.
+    Old(usize),
     /// The increment of an unknown in a step of Newton's method.
     Increment(usize),
     /// The test function of an unknown.
@@ -44,6 +46,8 @@ pub struct Leaf {
     pub component: usize,
     /// The partial derivative along this axis; none: the value.
     pub axis: Option<usize>,
+    /// The derivative of that along another axis, which is not before the first one.
+    pub second: Option<usize>,
     /// The side.
     pub side: Side,
 }

@@ -31,6 +31,7 @@ fn leaf(field: Field, component: usize, axis: Option<usize>) -> Leaf {
         field,
         component,
         axis,
+        second: None,
         side: Side::Here,
     }
 }
