@@ -210,6 +210,19 @@ pub struct Condition {
     pub value: Id,
 }
 
+/// Dirichlet values on a group that scripts set together: of one component, or of a function of vectors as a whole.
+#[derive(Debug, Clone)]
+pub struct Held {
+    /// The position of the unknown.
+    pub unknown: usize,
+    /// The position of its component; none where its element is one of vectors.
+    pub component: Option<usize>,
+    /// The position of the group.
+    pub group: usize,
+    /// One value, or one for each component.
+    pub values: Vec<Id>,
+}
+
 /// The mean of a scalar unknown over the domain, held by a Lagrange multiplier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
@@ -341,6 +354,37 @@ impl Problem {
             .collect()
     }
 
+    /// The scalar functions that make up the unknowns, as [`Self::components`] has them, but a function in a space of vectors as a whole, without
+    /// a component.
+    pub fn blocks(&self) -> Vec<(usize, Option<usize>)> {
+        let each = self.unknowns.iter().enumerate();
+        let blocks = each.flat_map(|(k, unknown)| {
+            let count = if unknown.space.element.is_vector() { 1 } else { unknown.space.count() };
+            (0..count).map(move |c| (k, (!unknown.space.element.is_vector()).then_some(c)))
+        });
+        blocks.collect()
+    }
+
+    /// The Dirichlet values in their order, those of a function of vectors together.
+    pub fn held(&self) -> Vec<Held> {
+        let mut all: Vec<Held> = Vec::new();
+        for condition in &self.conditions {
+            let is_vector = self.unknowns[condition.unknown].space.element.is_vector();
+            match all.last_mut() {
+                Some(last) if is_vector && condition.component > 0 => {
+                    last.values.push(condition.value);
+                }
+                _ => all.push(Held {
+                    unknown: condition.unknown,
+                    component: (!is_vector).then_some(condition.component),
+                    group: condition.group,
+                    values: vec![condition.value],
+                }),
+            }
+        }
+        all
+    }
+
     /// The position of a component among those of all unknowns.
     pub fn position(&self, unknown: usize, component: usize) -> usize {
         let before = self.unknowns[..unknown].iter();
@@ -350,6 +394,13 @@ impl Problem {
     /// Is the diameter of cells part of F?
     pub fn has_diameter(&self) -> bool {
         self.has(|node| matches!(node, Node::Diameter(_)))
+    }
+
+    /// Are second derivatives part of F?
+    pub fn has_second(&self) -> bool {
+        let tests = self.integrals.iter().flat_map(|i| i.terms.keys());
+        tests.clone().any(|leaf| leaf.second.is_some())
+            || self.has(|node| matches!(node, Node::Leaf(leaf) if leaf.second.is_some()))
     }
 
     /// Has a node of F this property?

@@ -190,6 +190,9 @@ fn lacking(text: &str, mesh: &Mesh) -> Vec<&'static str> {
         .collect()
 }
 
+#[path = "gallery/new.rs"]
+mod new;
+
 const NONE: [&str; 0] = [];
 
 /// The square with two groups of cells, `inner` and `outer`, and the facets between them, `interface`.

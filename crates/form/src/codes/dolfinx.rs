@@ -4,8 +4,8 @@ use faceoff_fem::scene::expression::syntax::Term;
 
 use super::Code;
 use super::python;
-use super::spelling::Words;
-use super::ufl::ufl;
+use super::spelling::{Words, traces};
+use super::ufl::{formula, ufl};
 use crate::problem::{Domain, Element, Problem, Unknown};
 use crate::scalar::{Field, Id, Node};
 
@@ -33,18 +33,25 @@ fn element(unknown: &Unknown) -> String {
     };
     match unknown.space.size {
         None => format!("element({family})"),
-        Some(size) => format!("element({family}, {size})"),
+        Some(size) if !unknown.space.element.is_vector() => format!("element({family}, {size})"),
+        Some(_) => format!("element({family})"),
     }
 }
 
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
     let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
-    let imports = "import basix\nimport dolfinx\nimport ufl\nfrom dolfinx import fem, graph, io\nfrom dolfinx.fem import petsc\nfrom mpi4py import MPI\nfrom petsc4py import PETSc\n\
+    let held = problem.held();
+    let is_whole = held.iter().any(|held| held.component.is_none());
+    let scipy = match is_whole || !problem.means.is_empty() {
+        true => "import scipy.sparse\nfrom scipy.sparse.linalg import splu\n",
+        false => "",
+    };
+    let imports = "import basix\nimport dolfinx\n{scipy}import ufl\nfrom dolfinx import fem, graph, io\nfrom dolfinx.fem import petsc\nfrom mpi4py import MPI\nfrom petsc4py import PETSc\n\
         from ufl import (\n    CellDiameter, FacetNormal, Identity, Measure, SpatialCoordinate, TestFunction, TestFunctions, acos, as_tensor, asin, atan, avg,\n    \
         conditional, cos, cosh, cross, curl, derivative, det, dev, div, dot, exp, ge, grad, gt, inner, inv, jump, le, ln, lt, max_value,\n    \
-        min_value, outer, pi, sign, sin, sinh, skew, sqrt, sym, tan, tanh, tr, transpose,\n)";
-    let mut s = python::top(problem, CODE.suffix, imports, &words);
+        min_value, outer, pi, sign, sin, sinh, skew, sqrt, sym, tan, tanh, tr, transpose,\n)".replace("{scipy}", scipy);
+    let mut s = python::top(problem, CODE.suffix, &imports, &words);
     let cell = if dim == 2 { "triangle" } else { "tetrahedron" };
     let [rule, facet_rule] = problem.rules().map(|rule| python::rule(&rule));
     s += &format!(
@@ -88,7 +95,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             .replace("\n]", "\n    ]")
     );
     s += "dx = Measure(\"dx\", domain=mesh, subdomain_data=cell_tags, metadata=md)\n";
-    let domains: Vec<Domain> = problem.integrals.iter().map(|i| i.measure.domain).collect();
+    let mut domains: Vec<Domain> = problem.integrals.iter().map(|i| i.measure.domain).collect();
+    if is_whole {
+        domains.push(Domain::Boundary);
+    }
     if domains.iter().any(|d| *d != Domain::Cells) {
         s += &facets;
         for (domain, name) in [(Domain::Boundary, "ds"), (Domain::Interior, "dS")] {
@@ -109,7 +119,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         s += "atan2 = getattr(ufl, \"atan2\", None) or ufl.atan_2\n";
     }
     s += "x = SpatialCoordinate(mesh)\n";
-    if problem.form.0.contains('n') {
+    if problem.form.0.contains('n') || is_whole {
         s += "n = FacetNormal(mesh)\n";
     }
     if problem.has_diameter() {
@@ -166,6 +176,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let names: Vec<&str> = (0..problem.unknowns.len())
         .map(|k| words.whole(Field::Unknown(k)))
         .collect();
+    let olds: Vec<&str> = match problem.time {
+        Some(_) => (0..problem.unknowns.len()).map(|k| words.whole(Field::Old(k))).collect(),
+        None => Vec::new(),
+    };
     let tests: Vec<&str> = (0..problem.unknowns.len())
         .map(|k| words.whole(Field::Test(k)))
         .collect();
@@ -176,6 +190,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 "\nV = space(mesh, {})\n{one} = fem.Function(V)\n{} = TestFunction(V)\n",
                 elements[0], tests[0]
             );
+            if let [old] = olds[..] {
+                s += &format!("{old} = before = fem.Function(V)\n");
+            }
             (*one).to_owned()
         }
         _ => {
@@ -185,6 +202,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 names.join(", "),
                 tests.join(", ")
             );
+            if !olds.is_empty() {
+                s += &format!("before = fem.Function(V)\n{} = ufl.split(before)\n", olds.join(", "));
+            }
             "w".to_owned()
         }
     };
@@ -203,36 +223,106 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         "F = (\n    {}\n)\nJ = derivative(F, {all})\n",
         form.replace('\n', "\n    ")
     );
-    s += &format!(
-        "\n# Dirichlet values; where two groups share a dof, the later one counts.\nfixed, bcs = [], []\n\n\n\
-         def hold(part, group, g):\n    found = facet_tags.find(group)\n    if part is V:\n        dofs = fem.locate_dofs_topological(V, {0}, found)\n        \
-         values = fem.Function(V)\n        own = dofs\n    else:\n        values = fem.Function(part.collapse()[0])\n        \
-         dofs, own = fem.locate_dofs_topological((part, values.function_space), {0}, found)\n    values.interpolate(g)\n    \
-         {all}.x.array[dofs] = values.x.array[own]\n    fixed.append(dofs)\n    \
-         bcs.append(fem.dirichletbc(values, dofs) if part is V else fem.dirichletbc(values, [dofs, own], part))\n\n\n",
-        dim - 1
-    );
-    for condition in &problem.conditions {
+    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nfixed, goal = [], fem.Function(V)\n";
+    if held.iter().any(|held| held.component.is_some()) {
+        s += &HOLD.replace("DIM", &(dim - 1).to_string());
+    }
+    if is_whole {
+        // A function whose trace is taken, and its normal.
+        let list = |name: &str| (0..dim).map(|k| format!("{name}[{k}]")).collect::<Vec<_>>();
+        let trace = |element| traces(element, &list("u"), &list("n")).join(", ");
+        s += &HOLD_WHOLE
+            .replace("RAVIART_THOMAS", &trace(Element::RaviartThomas))
+            .replace("NEDELEC", &trace(Element::Nedelec));
+    }
+    let part = |k: usize, c: Option<usize>| {
         let mut part = "V".to_owned();
         if problem.unknowns.len() > 1 {
-            part += &format!(".sub({})", condition.unknown);
+            part += &format!(".sub({k})");
         }
-        if problem.unknowns[condition.unknown].space.size.is_some() {
-            part += &format!(".sub({})", condition.component);
+        match (c, problem.unknowns[k].space.size) {
+            (Some(c), Some(_)) => part + &format!(".sub({c})"),
+            _ => part,
         }
-        let value = at_points(problem, &words, condition.value);
-        s += &format!(
-            "hold({part}, {}, lambda x: {value})\n",
-            problem.groups[condition.group].tag
-        );
+    };
+    let mut solve = "fixed.clear()\n".to_owned();
+    for held in &held {
+        let part = part(held.unknown, held.component);
+        let tag = problem.groups[held.group].tag;
+        solve += &match held.component {
+            Some(_) => {
+                let value = at_points(problem, &words, held.values[0]);
+                format!("hold({part}, {tag}, lambda x: {value})\n")
+            }
+            None => {
+                let trace = match problem.unknowns[held.unknown].space.element {
+                    Element::RaviartThomas => "normal",
+                    _ => "tangential",
+                };
+                let values = held.values.iter().map(|id| formula(problem, &words, *id));
+                let values: Vec<String> = values.collect();
+                format!("hold_whole({part}, {tag}, {trace}, as_tensor([{}]))\n", values.join(", "))
+            }
+        };
     }
-    s += &format!(
-        "fixed = np.concatenate([*fixed, []]).astype(int)\n\n# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\nF, J = fem.form(F), fem.form(J)\n\
-         for step in range(30):\n    A = petsc.assemble_matrix(J, bcs=bcs)\n    A.assemble()\n    r = petsc.assemble_vector(F)\n    r.array[fixed] = 0\n    \
-         solver = PETSc.KSP().create(mesh.comm)\n    solver.setOperators(A)\n    solver.setType(\"preonly\")\n    solver.getPC().setType(\"lu\")\n    solver.getPC().setFactorSolverType(\"mumps\")\n    solver.setErrorIfNotConverged(True)\n    \
-         d = A.createVecRight()\n    solver.solve(r, d)\n    {all}.x.array[:] -= d.array\n    \
-         if abs(d.array).max() <= 1e-10*abs({all}.x.array).max():\n        break\nelse:\n    sys.exit(\"Newton's method did not converge.\")\n\n\n"
+    let mut mean = String::new();
+    let mut step = KSP;
+    if !problem.means.is_empty() {
+        let rows: Vec<String> = problem
+            .means
+            .iter()
+            .map(|mean| {
+                let test = words.whole(Field::Test(mean.unknown));
+                format!("petsc.assemble_vector(fem.form({test}*dx)).array")
+            })
+            .collect();
+        let values: Vec<String> = problem.means.iter().map(|m| format!("{:?}", m.value)).collect();
+        mean = format!(
+            "\n# The means are held by multipliers: the product of a row with dofs is the integral.\nrows = np.array([{}])\n\
+             volume = fem.assemble_scalar(fem.form(fem.Constant(mesh, PETSc.ScalarType(1.0))*dx))\nwanted = volume*np.array([{}])\n",
+            rows.join(", "),
+            values.join(", ")
+        );
+        step = BORDERED;
+    }
+    s += &format!("{mean}F, J = fem.form(F), fem.form(J)\n");
+    solve += &format!(
+        "held = np.unique(np.concatenate([*fixed, []])).astype(np.int32)\n\n\
+         # Newton's method. Dirichlet values come in by its first increment; a linear form takes one step, and a second one confirms it.\n\
+         for step in range(30):\n    A = petsc.assemble_matrix(J)\n    A.assemble()\n    r = petsc.assemble_vector(F)\n    d = A.createVecRight()\n    \
+         d.array[held] = ({all}.x.array - goal.x.array)[held]\n{}    {all}.x.array[:] -= d.array\n    \
+         if abs(d.array).max() <= 1e-10*abs({all}.x.array).max():\n        break\nelse:\n    sys.exit(\"Newton's method did not converge.\")\n",
+        step.replace("TOTAL", &all)
     );
+    match &problem.time {
+        None => s += &format!("\n{solve}"),
+        Some(time) => {
+            s += START;
+            for initial in &time.initial {
+                s += &format!(
+                    "start({all}, {}, lambda x: {})\n",
+                    part(initial.unknown, Some(initial.component)),
+                    at_points(problem, &words, initial.value)
+                );
+            }
+            let mut again = String::new();
+            for (k, datum) in problem.data.iter().enumerate() {
+                let parts = words.parts(Field::Datum(k)).iter().zip(&datum.components);
+                for (name, id) in parts.filter(|_| datum.space.is_some()) {
+                    let value = at_points(problem, &words, *id);
+                    again += &format!("{name}.interpolate(lambda x: {value})\n");
+                }
+            }
+            s += &python::steps(
+                time,
+                &words,
+                |t, dt| format!("{t}.value = number*{dt}.value"),
+                &format!("before.x.array[:] = {all}.x.array\n{again}"),
+                &solve,
+            );
+        }
+    }
+    s += "\n\n";
     let (nodes, kind) = python::nodes(problem.output(), dim)?;
     let nodes: Vec<String> = nodes
         .iter()
@@ -284,3 +374,75 @@ fn at_points(problem: &Problem, words: &Words, id: Id) -> String {
     let parameter = |k: usize| format!("{}.value", words.parameters[k]);
     python::numpy(&problem.scalars, id, ["x[0]", "x[1]", "x[2]"], &parameter)
 }
+
+const HOLD: &str = r#"
+
+def hold(part, group, g):
+    found = facet_tags.find(group)
+    if part is V:
+        values = fem.Function(V)
+        dofs = own = fem.locate_dofs_topological(V, DIM, found)
+    else:
+        values = fem.Function(part.collapse()[0])
+        dofs, own = fem.locate_dofs_topological((part, values.function_space), DIM, found)
+    values.interpolate(g)
+    goal.x.array[dofs] = values.x.array[own]
+    fixed.append(dofs)
+
+
+"#;
+
+const HOLD_WHOLE: &str = r#"
+
+normal = lambda u: [RAVIART_THOMAS]
+tangential = lambda u: [NEDELEC]
+
+
+def hold_whole(part, group, trace, g):
+    """Hold the normal or tangential moments of a vector on facets, by projection."""
+    own, dofs = (V, np.arange(len(goal.x.array))) if part is V else part.collapse()
+    q, v = ufl.TrialFunction(own), TestFunction(own)
+    product = lambda a, b: sum(i*j for i, j in zip(trace(a), trace(b)))*ds(group)
+    M = petsc.assemble_matrix(fem.form(product(q, v)))
+    M.assemble()
+    M = scipy.sparse.csr_matrix(M.getValuesCSR()[::-1])
+    b = petsc.assemble_vector(fem.form(product(g, v))).array
+    found = np.flatnonzero(M.diagonal() > 1e-10*M.diagonal().max())
+    dofs = np.asarray(dofs)[found]
+    goal.x.array[dofs] = splu(M.tocsc()[found][:, found]).solve(b[found])
+    fixed.append(dofs)
+
+
+"#;
+
+/// The increment, by MUMPS; rows and columns of Dirichlet values are taken out.
+const KSP: &str = r#"    A.zeroRowsColumns(held, 1.0, d, r)
+    solver = PETSc.KSP().create(mesh.comm)
+    solver.setOperators(A)
+    solver.setType("preonly")
+    solver.getPC().setType("lu")
+    solver.getPC().setFactorSolverType("mumps")
+    solver.setErrorIfNotConverged(True)
+    solver.solve(r, d)
+"#;
+
+/// The same with given means.
+const BORDERED: &str = r#"    A = scipy.sparse.csr_matrix(A.getValuesCSR()[::-1])
+    free = np.setdiff1d(np.arange(len(d.array)), held)
+    border = scipy.sparse.csc_matrix(rows[:, free])
+    both = scipy.sparse.bmat([[A.tocsc()[free][:, free], border.T], [border, None]], format="csc")
+    right = np.concatenate([(r.array - A @ d.array)[free], rows @ TOTAL.x.array - wanted])
+    d.array[free] = splu(both).solve(right)[: len(free)]
+"#;
+
+const START: &str = r#"
+
+def start(total, part, g):
+    """Interpolate the initial value of a part."""
+    own, dofs = (V, slice(None)) if part is V else part.collapse()
+    values = fem.Function(own)
+    values.interpolate(g)
+    total.x.array[dofs] = values.x.array
+
+
+"#;

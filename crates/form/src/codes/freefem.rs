@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use faceoff_fem::scene::expression::Function;
 
 use super::Code;
-use super::spelling::{Shared, Spelling, Words, head, shared};
-use crate::problem::{Domain, Element, Integral, Measure, Problem};
+use super::spelling::{Shared, Spelling, Words, head, indented, shared, traces};
+use crate::problem::{Domain, Element, Held, Initial, Integral, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
 /// FreeFEM 4, by the program without graphics.
@@ -38,6 +38,10 @@ fn element(element: Element, dim: usize) -> Result<&'static str, String> {
             }
         }
         (Element::CrouzeixRaviart, 2) => "P1nc",
+        (Element::RaviartThomas, 2) => "RT0",
+        (Element::RaviartThomas, _) => "RT03d",
+        (Element::Nedelec, 2) => "RT0Ortho",
+        (Element::Nedelec, _) => "Edge03d",
         (other, _) => {
             return Err(format!(
                 "FreeFEM without plugins has no {} in {dim}D",
@@ -81,10 +85,13 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
         ),
         Node::Leaf(leaf) => {
             let name = words.part(leaf).to_owned();
-            match (leaf.axis, leaf.field) {
-                (None, Field::Datum(_)) => name,
-                (None, _) => other(name, leaf.side),
-                (Some(k), _) => other(format!("d{}({name})", axis(k)), leaf.side),
+            match (leaf.axis, leaf.second, leaf.field) {
+                (None, _, Field::Datum(_)) => name,
+                (None, ..) => other(name, leaf.side),
+                (Some(k), None, _) => other(format!("d{}({name})", axis(k)), leaf.side),
+                (Some(k), Some(l), _) => {
+                    other(format!("d{}{}({name})", axis(k), axis(l)), leaf.side)
+                }
             }
         }
         _ => String::new(),
@@ -112,7 +119,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         return Err("FreeFEM has no integrals over interior faces in 3D".into());
     }
     let components = problem.components();
-    let elements: Vec<&str> = components
+    let blocks = problem.blocks();
+    let elements: Vec<&str> = blocks
         .iter()
         .map(|(k, _)| element(problem.unknowns[*k].space.element, dim))
         .collect::<Result<_, _>>()?;
@@ -122,6 +130,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             .iter()
             .map(|(k, c)| words.parts(of(*k))[*c].clone());
         each.collect::<Vec<_>>()
+    };
+    let olds = match problem.time {
+        Some(_) => names(Field::Old),
+        None => Vec::new(),
     };
     let [unknowns, tests, increments] = [
         names(Field::Unknown),
@@ -194,6 +206,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     }
     let space = list(&elements.iter().map(|e| (*e).to_owned()).collect::<Vec<_>>());
     s += &format!("\nfespace Vh(Th, {space});\nVh {};\n", list(&unknowns));
+    if !olds.is_empty() {
+        s += &format!("Vh {};  // of the step before\n", list(&olds));
+    }
 
     for (groups, mark) in &marks {
         let tags = tags(problem, groups);
@@ -271,39 +286,131 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             sums.push(integral(measure, products.collect()));
         }
     }
-    let conditions = |value: &dyn Fn(Id) -> String| {
-        let each = problem.conditions.iter().map(|c| {
-            let group = problem.groups[c.group].tag;
-            let name = &increments[problem.position(c.unknown, c.component)];
-            format!("on({group}, {name} = {})", value(c.value))
-        });
-        each.collect::<Vec<_>>()
+    // Dirichlet rows: `on` with a value for each component that it holds.
+    let held = problem.held();
+    let on = |held: &Held, values: &[String]| {
+        let first = problem.position(held.unknown, held.component.unwrap_or(0));
+        let each = increments[first..].iter().zip(values);
+        let each: Vec<String> = each.map(|(name, value)| format!("{name} = {value}")).collect();
+        format!("on({}, {})", problem.groups[held.group].tag, each.join(", "))
     };
-    let ones = conditions(&|_| "1.0".into());
-    let values = conditions(&|id| formulas.text(&problem.scalars, id, &none));
-    let zeros = conditions(&|_| "0.0".into());
-    let on: String = zeros.iter().map(|on| format!("\n  + {on}")).collect();
+    let zeros = held
+        .iter()
+        .map(|held| format!("\n  + {}", on(held, &vec!["0.0".to_owned(); held.values.len()])));
+    let arguments = format!("({}, {})", list(&increments), list(&tests));
     s += &format!(
-        "varf J({}, {}) =\n    {}{on};\n",
-        list(&increments),
-        list(&tests),
-        sums.join("\n  + ")
+        "varf J{arguments} =\n    {}{};\n",
+        sums.join("\n  + "),
+        zeros.collect::<String>()
     );
     let u = &unknowns[0];
-    s += "\n// Dirichlet values; where two groups share a dof, the later one counts.\nreal[int] fixed(Vh.ndof), held(Vh.ndof);\nfixed = 0;\n";
-    for (k, (one, value)) in ones.iter().zip(&values).enumerate() {
-        let arguments = format!("({}, {})", list(&increments), list(&tests));
+    let formula = |id: &Id| formulas.text(&problem.scalars, *id, &none);
+    s += "\n// Dirichlet values; where two groups share a dof, the later one counts.\nreal[int] fixed(Vh.ndof), given(Vh.ndof);\nfixed = 0;\ngiven = 0;\n";
+    let mut solve = String::new();
+    for (k, held) in held.iter().enumerate() {
+        let values: Vec<String> = held.values.iter().map(formula).collect();
+        if held.component.is_some() {
+            s += &format!(
+                "varf where{k}{arguments} = {};\nvarf value{k}{arguments} = {};\n",
+                on(held, &["1.0".to_owned()]),
+                on(held, &values)
+            );
+            solve += &format!(
+                "{{\n  real[int] there = where{k}(0, Vh, tgv=1), value = value{k}(0, Vh, tgv=1);\n  \
+                 for (int i = 0; i < Vh.ndof; ++i) if (there[i] > 0) {{ fixed[i] = 1; given[i] = value[i]; }}\n}}\n"
+            );
+            continue;
+        }
+        let normal = ["N.x", "N.y", "N.z"].map(str::to_owned);
+        let element = problem.unknowns[held.unknown].space.element;
+        let first = problem.position(held.unknown, 0);
+        let of = |names: &[String]| traces(element, names, &normal[..dim]);
+        let [du, v, g] = [&increments[first..first + dim], &tests[first..first + dim], &values].map(of);
+        let product = |a: &[String], b: &[String]| {
+            let each = a.iter().zip(b).map(|(a, b)| format!("{a}*{b}"));
+            each.collect::<Vec<_>>().join(" + ")
+        };
+        let measure = Measure { domain: Domain::Boundary, groups: vec![held.group] };
+        let over = over(problem, &measure);
         s += &format!(
-            "varf where{k}{arguments} = {one};\nvarf value{k}{arguments} = {value};\n{{\n  real[int] there = where{k}(0, Vh, tgv=1), value = value{k}(0, Vh, tgv=1);\n  \
-             for (int i = 0; i < Vh.ndof; ++i) if (there[i] > 0) {{ fixed[i] = 1; {u}[][i] = value[i]; }}\n}}\n"
+            "// The moments of facets, by projection.\nvarf where{k}{arguments} = {over}({});\nvarf value{k}{arguments} = {over}({});\n",
+            product(&du, &v),
+            product(&g, &v)
+        );
+        solve += &format!(
+            "{{\n  matrix M = where{k}(Vh, Vh);\n  real[int] there = M.diag, value = value{k}(0, Vh), rest(Vh.ndof);\n  real least = 1e-10*there.max;\n  \
+             for (int i = 0; i < Vh.ndof; ++i) {{ rest[i] = there[i] <= least; if (rest[i] > 0) value[i] = 0; }}\n  \
+             matrix D = [rest];\n  M = M + D;\n  set(M, solver=UMFPACK);\n  real[int] moments = M^-1*value;\n  \
+             for (int i = 0; i < Vh.ndof; ++i) if (rest[i] == 0) {{ fixed[i] = 1; given[i] = moments[i]; }}\n}}\n"
         );
     }
-    s += &format!(
-        "\n// Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\n\
-         bool done = false;\nfor (int it = 0; it < 30 && !done; ++it) {{\n  real[int] r = F(0, Vh);\n  for (int i = 0; i < Vh.ndof; ++i) if (fixed[i] > 0) r[i] = 0;\n  \
-         matrix A = J(Vh, Vh, tgv=-1);\n  set(A, solver=UMFPACK);\n  real[int] d = A^-1*r;\n  {u}[] -= d;\n  done = d.l2 <= 1e-10*{u}[].l2; // of NaN, linfty is 0 and l2 is NaN\n}}\n\
+    let mut matrix = "matrix A = J(Vh, Vh, tgv=-1);".to_owned();
+    let mut right = "real[int] d = A^-1*r;".to_owned();
+    if !problem.means.is_empty() {
+        let cells = Measure { domain: Domain::Cells, groups: Vec::new() };
+        let (mut columns, mut rows, mut wanted) = (String::new(), String::new(), String::new());
+        let count = problem.means.len();
+        for (k, mean) in problem.means.iter().enumerate() {
+            let test = &tests[problem.position(mean.unknown, 0)];
+            s += &format!(
+                "varf mean{k}{arguments} = {}({test});\nreal[int] c{k} = mean{k}(0, Vh); // its product with dofs is the integral\n",
+                over(problem, &cells)
+            );
+            columns += &format!(", c{k}");
+            rows += &format!(", [c{k}'{}]", ", 0".repeat(count));
+            wanted += &format!(
+                "  real[int] m{k}(1);\n  m{k}[0] = c{k}'*{u}[] - ({:?})*c{k}.sum;\n",
+                mean.value
+            );
+        }
+        matrix = format!(
+            "matrix J0 = J(Vh, Vh, tgv=-1);\n  matrix A = [[J0{columns}]{rows}]; // with a multiplier for each mean\n{wanted}"
+        );
+        let all: Vec<String> = (0..count).map(|k| format!("m{k}")).collect();
+        right = format!(
+            "real[int] rm = [r, {}], dm = A^-1*rm, d(Vh.ndof);\n  for (int i = 0; i < Vh.ndof; ++i) d[i] = dm[i];",
+            all.join(", ")
+        );
+    }
+    let newton = format!(
+        "\n// Newton's method. Dirichlet values come in by its first increment; a linear form takes one step, and a second one confirms it.\n\
+         bool done = false;\nfor (int it = 0; it < 30 && !done; ++it) {{\n  real[int] r = F(0, Vh);\n  \
+         for (int i = 0; i < Vh.ndof; ++i) if (fixed[i] > 0) r[i] = {u}[][i] - given[i];\n  \
+         {matrix}\n  set(A, solver=UMFPACK);\n  {right}\n  {u}[] -= d;\n  done = d.l2 <= 1e-10*{u}[].l2; // of NaN, linfty is 0 and l2 is NaN\n}}\n\
          if (!done) {{ cout << \"Newton's method did not converge.\" << endl; exit(1); }}\n"
     );
+    solve += &newton;
+    match &problem.time {
+        None => s += &solve,
+        Some(time) => {
+            let initial = components.iter().map(|(k, c)| {
+                let is_it = |i: &&Initial| (i.unknown, i.component) == (*k, *c);
+                let found = time.initial.iter().find(is_it);
+                found.map_or("0.0".to_owned(), |i| formula(&i.value))
+            });
+            let initial: Vec<String> = initial.collect();
+            let t = &words.parameters[time.parameter];
+            let dt = &words.parameters[time.parameter + 1];
+            let mut again = String::new();
+            for (k, datum) in problem.data.iter().enumerate() {
+                let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
+                for (name, value) in names.filter(|_| datum.space.is_some()) {
+                    again += &format!("{name} = {};\n", formula(value));
+                }
+            }
+            s += &format!(
+                "\n// Steps in time: {0} is that at the end of a step.\n{t} = 0;\n{1} = {2};\nfor (int n = 1; n <= {3}; ++n) {{\n{4}}}\n",
+                t,
+                list(&unknowns),
+                list(&initial),
+                time.steps,
+                indented(
+                    &format!("{t} = n*{dt};\n{}[] = {u}[];\n{again}{solve}", olds[0]),
+                    "  "
+                )
+            );
+        }
+    }
     s += &result(problem, &words, output)?;
     Ok(s)
 }

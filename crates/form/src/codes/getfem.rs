@@ -4,7 +4,7 @@ use faceoff_fem::scene::expression::Function;
 
 use super::Code;
 use super::python;
-use super::spelling::{Shared, Spelling, Words, comment, measure, shared};
+use super::spelling::{Shared, Spelling, Words, comment, measure, shared, traces};
 use crate::problem::{Domain, Element, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -89,16 +89,39 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
                 Field::Test(k) => ("Test_", Field::Unknown(k)),
                 field => ("", field),
             };
-            let name = words.part(Leaf { field, ..leaf });
-            match leaf.axis {
+            let is_vector = match field {
+                Field::Unknown(k) | Field::Old(k) => problem.unknowns[k].space.element.is_vector(),
+                _ => false,
+            };
+            let name = match is_vector {
+                true => words.whole(field),
+                false => words.part(Leaf { field, ..leaf }),
+            };
+            let index = match is_vector {
+                true => format!("{},", leaf.component + 1),
+                false => String::new(),
+            };
+            match (leaf.axis, leaf.second) {
                 _ if matches!(field, Field::Datum(k) if problem.data[k].space.is_none()) => {
                     name.to_owned()
                 }
-                None => other(format!("{test}{name}"), leaf.side),
-                Some(k) => format!(
-                    "{}({})",
+                (None, _) => {
+                    let value = other(format!("{test}{name}"), leaf.side);
+                    match is_vector {
+                        true => format!("{value}({})", leaf.component + 1),
+                        false => value,
+                    }
+                }
+                (Some(k), None) => format!(
+                    "{}({index}{})",
                     other(format!("Grad_{test}{name}"), leaf.side),
                     k + 1
+                ),
+                (Some(k), Some(l)) => format!(
+                    "{}({index}{},{})",
+                    other(format!("Hess_{test}{name}"), leaf.side),
+                    k + 1,
+                    l + 1
                 ),
             }
         }
@@ -172,14 +195,28 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         }
     }
     s += "\nspaces = {\n";
-    for (k, c) in problem.components() {
-        let name = &words.parts(Field::Unknown(k))[c];
-        s += &format!(
-            "    \"{name}\": space(\"{}\"),\n",
-            element(problem.unknowns[k].space.element, dim)?
-        );
+    let name_of = |field: Field, c: Option<usize>| match c {
+        Some(c) => words.parts(field)[c].as_str(),
+        None => words.whole(field),
+    };
+    for (k, c) in problem.blocks() {
+        let name = name_of(Field::Unknown(k), c);
+        let element = element(problem.unknowns[k].space.element, dim)?;
+        let size = match c {
+            Some(_) => String::new(),
+            None => format!(", {dim}"),
+        };
+        s += &format!("    \"{name}\": space(\"{element}\"{size}),\n");
     }
     s += "}\nfor name, of_it in spaces.items():\n    model.add_fem_variable(name, of_it)\n";
+    let mut olds = Vec::new();
+    if problem.time.is_some() {
+        for (k, c) in problem.blocks() {
+            let [old, now] = [Field::Old(k), Field::Unknown(k)].map(|field| name_of(field, c));
+            s += &format!("model.add_fem_data(\"{old}\", spaces[\"{now}\"])\n");
+            olds.push(format!("model.set_variable(\"{old}\", model.variable(\"{now}\"))\n"));
+        }
+    }
     let roots: Vec<Id> = residual
         .iter()
         .flat_map(|i| i.terms.values().copied())
@@ -217,19 +254,84 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             terms.join("\n    \" + \"\n")
         );
     }
-    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld = np.zeros(model.nbdof(), bool)\ntotal = np.zeros(len(held))\n";
-    if !problem.conditions.is_empty() {
-        s += HOLD;
-    }
-    for condition in &problem.conditions {
-        let name = &words.parts(Field::Unknown(condition.unknown))[condition.component];
-        let value = numpy(condition.value);
+    for (k, mean) in problem.means.iter().enumerate() {
+        let p = name_of(Field::Unknown(mean.unknown), Some(0));
         s += &format!(
-            "hold(\"{name}\", {}, lambda {axes}: {value})\n",
-            condition.group + 1
+            "\n# The mean is held by a multiplier.\nmodel.add_variable(\"multiplier{k}\", 1)\n\
+             model.add_nonlinear_term(exact, \"multiplier{k}*Test_{p} + ({p} - ({:?}))*Test_multiplier{k}\")\n",
+            mean.value
         );
     }
-    s += NEWTON;
+    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld = np.zeros(model.nbdof(), bool)\ntotal, goal = np.zeros(len(held)), np.zeros(len(held))\n";
+    let conditions = problem.held();
+    if conditions.iter().any(|held| held.component.is_some()) {
+        s += HOLD;
+    }
+    if conditions.iter().any(|held| held.component.is_none()) {
+        s += HOLD_WHOLE;
+    }
+    let mut solve = String::new();
+    for held in &conditions {
+        let name = name_of(Field::Unknown(held.unknown), held.component);
+        let region = held.group + 1;
+        solve += &match held.component {
+            Some(_) => {
+                let value = numpy(held.values[0]);
+                format!("hold(\"{name}\", {region}, lambda {axes}: {value})\n")
+            }
+            None => {
+                let list = |of: &dyn Fn(usize) -> String| (0..dim).map(of).collect::<Vec<_>>();
+                let n = list(&|k| format!("Normal({})", k + 1));
+                let element = problem.unknowns[held.unknown].space.element;
+                let trace = |of: &dyn Fn(usize) -> String| traces(element, &list(of), &n);
+                let test = trace(&|k| format!("Test_{name}({})", k + 1));
+                let trial = trace(&|k| format!("Test2_{name}({})", k + 1));
+                let value = trace(&|k| {
+                    spelling.text(&problem.scalars, held.values[k], &Shared::new())
+                });
+                let sum = |a: &[String]| {
+                    let each = a.iter().zip(&test).map(|(a, b)| format!("{a}*{b}"));
+                    each.collect::<Vec<_>>().join(" + ")
+                };
+                format!(
+                    "hold_whole(\n    \"{name}\",\n    {region},\n    \"{}\",\n    \"{}\",\n)\n",
+                    sum(&trial),
+                    sum(&value)
+                )
+            }
+        };
+    }
+    solve += NEWTON;
+    match &problem.time {
+        None => s += &solve,
+        Some(time) => {
+            s += "\n# Initial values.\n";
+            for initial in &time.initial {
+                let name = name_of(Field::Unknown(initial.unknown), Some(initial.component));
+                s += &format!(
+                    "first, size = model.interval_of_variable(\"{name}\")\n\
+                     total[first : first + size] = (lambda {axes}: {})(*spaces[\"{name}\"].basic_dof_nodes())\n",
+                    numpy(initial.value)
+                );
+            }
+            let t = &words.parameters[time.parameter];
+            let mut again = format!("model.set_variable(\"{t}\", {t})\nmodel.to_variables(total)\n");
+            again += &olds.concat();
+            for (k, datum) in problem.data.iter().enumerate() {
+                let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
+                for (name, id) in names {
+                    if let Some(of) = datum.space {
+                        again += &format!(
+                            "nodes = space(\"{}\").basic_dof_nodes()\nmodel.set_variable(\"{name}\", (lambda {axes}: {})(*nodes))\n",
+                            element(of.element, dim)?,
+                            numpy(*id)
+                        );
+                    }
+                }
+            }
+            s += &python::steps(time, &words, |t, dt| format!("{t} = number*{dt}"), &again, &solve);
+        }
+    }
     let (nodes, kind) = python::nodes(problem.output(), dim)?;
     let nodes: Vec<String> = nodes
         .iter()
@@ -241,8 +343,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         .replace("NODES", &nodes.join(", "))
         .replace("REST", &(3 - dim).to_string());
     let values = problem.unknowns.iter().enumerate().map(|(k, u)| {
-        let parts = words.parts(Field::Unknown(k)).iter();
-        let parts: Vec<String> = parts.map(|name| format!("\"{name}\"")).collect();
+        let names = match u.space.element.is_vector() {
+            true => &[words.whole(Field::Unknown(k)).to_owned()],
+            false => words.parts(Field::Unknown(k)),
+        };
+        let parts: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
         (u.name.clone(), format!("values({})", parts.join(", ")))
     });
     Ok(s + &python::bottom(problem.output(), kind, &values.collect::<Vec<_>>()))
@@ -265,8 +370,8 @@ gf.util_warning_level(0)
 mesh = gf.Mesh("ptND", points.T, cells.T)
 
 
-def space(element):
-    found = gf.MeshFem(mesh, 1)
+def space(element, size=1):
+    found = gf.MeshFem(mesh, size)
     found.set_fem(gf.Fem(element))
     return found
 
@@ -283,20 +388,36 @@ def hold(name, region, g):
     dofs = spaces[name].basic_dof_on_region(region)
     first, _ = model.interval_of_variable(name)
     held[first + dofs] = True
-    total[first + dofs] = g(*spaces[name].basic_dof_nodes(dofs))
+    goal[first + dofs] = g(*spaces[name].basic_dof_nodes(dofs))
+
+
+"#;
+
+const HOLD_WHOLE: &str = r#"
+
+def hold_whole(name, region, product, load):
+    """Hold the normal or tangential moments of a vector on facets, by projection."""
+    M, b = (gf.asm_generic(facet, order, text, region, model, "select_output", *[name]*order) for order, text in ((2, product), (1, load)))
+    first, size = model.interval_of_variable(name)
+    diagonal = np.array(M.diag()).ravel()
+    found = np.flatnonzero(diagonal > 1e-10*diagonal.max())
+    held[first + found] = True
+    goal[first + found] = gf.linsolve_mumps(gf.Spmat("copy", M, found, found), b[found]).ravel()
 
 
 "#;
 
 const NEWTON: &str = r#"
-# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.
+# Newton's method. Dirichlet values come in by its first increment; a linear form takes one step, and a second one confirms it.
 free = np.flatnonzero(~held)
 for step in range(30):
     model.to_variables(total)
     model.assembly("build_all")
-    A = gf.Spmat("copy", model.tangent_matrix(), free, free)
-    d = gf.linsolve_mumps(A, model.rhs()[free]).ravel()
-    total[free] += d
+    A = model.tangent_matrix()
+    d = np.where(held, goal - total, 0.0)
+    r = (model.rhs() - A.mult(d))[free]
+    d[free] = gf.linsolve_mumps(gf.Spmat("copy", A, free, free), r).ravel()
+    total += d
     if abs(d).max(initial=0) <= 1e-10*abs(total).max():
         break
 else:
@@ -315,6 +436,7 @@ at = np.pad(output.basic_dof_nodes().T[dofs], ((0, 0), (0, 0), (0, REST)))
 
 
 def values(*names):
-    each = [gf.compute_interpolate_on(spaces[name], model.variable(name), output).ravel()[dofs] for name in names]
+    found = [gf.compute_interpolate_on(spaces[name], model.variable(name), output) for name in names]
+    each = [part[dofs] for values in found for part in np.atleast_2d(values)]
     return np.stack(each, axis=2)
 "#;

@@ -64,18 +64,6 @@ impl Code {
     /// # Errors
     /// What the code lacks for this problem.
     pub fn script(&self, problem: &Problem) -> std::result::Result<String, String> {
-        let is_new = problem.time.is_some()
-            || !problem.means.is_empty()
-            || problem.unknowns.iter().any(|u| u.space.element.is_vector())
-            || problem.has(
-                |node| matches!(node, crate::scalar::Node::Leaf(leaf) if leaf.second.is_some()),
-            );
-        if is_new {
-            return Err(format!(
-                "{} scripts have no steps in time, means, spaces of vectors or second derivatives",
-                self.name
-            ));
-        }
         (self.write)(&mut problem.clone())
     }
 

@@ -4,7 +4,7 @@ use faceoff_fem::scene::expression::Function;
 
 use super::Code;
 use super::python;
-use super::spelling::{Exponent, Shared, Spelling, Words, shared};
+use super::spelling::{Exponent, Shared, Spelling, Words, shared, traces};
 use crate::problem::{Domain, Element, Integral, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -32,7 +32,8 @@ fn space(element: Element, dim: usize, held: &str, jumps: bool) -> Result<String
         Element::CrouzeixRaviart => {
             return Err("NGSolve has Crouzeix-Raviart elements on triangles only".into());
         }
-        Element::RaviartThomas | Element::Nedelec => return Err("NGSolve".into()),
+        Element::RaviartThomas => format!("ngsolve.HDiv(mesh, order=0, RT=True{more})"),
+        Element::Nedelec => format!("ngsolve.HCurl(mesh, order=0, type1=True{more})"),
     })
 }
 
@@ -81,35 +82,69 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
         Node::Normal(k, _) => format!("n[{k}]"),
         Node::Diameter(side) => other("h".into(), side),
         Node::Leaf(leaf) => {
-            let name = words.part(leaf).to_owned();
             let is_formula =
                 matches!(leaf.field, Field::Datum(k) if problem.data[k].space.is_none());
-            match leaf.axis {
-                _ if is_formula => name,
-                None => other(name, leaf.side),
-                Some(axis) => format!(
-                    "{}[{axis}]",
-                    match leaf.side {
-                        Side::Minus => format!("grad({name}.Other())"),
-                        _ => format!("grad({name})"),
-                    }
-                ),
+            match leaf.field {
+                _ if is_formula => words.part(leaf).to_owned(),
+                _ => slope(problem, function(problem, words, leaf), leaf),
             }
         }
         _ => String::new(),
     }
 }
 
+/// The name of the scalar function, or of that of vectors, that a leaf is a part of.
+fn function<'a>(problem: &Problem, words: &'a Words, leaf: Leaf) -> &'a str {
+    match leaf.field {
+        Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k)
+            if problem.unknowns[k].space.element.is_vector() =>
+        {
+            words.whole(leaf.field)
+        }
+        _ => words.part(leaf),
+    }
+}
+
+/// The value or derivative of a function that a leaf stands for.
+fn slope(problem: &Problem, name: &str, leaf: Leaf) -> String {
+    let element = match leaf.field {
+        Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
+            Some(problem.unknowns[k].space.element)
+        }
+        Field::Datum(_) => None,
+    };
+    let sided = other(name.to_owned(), leaf.side);
+    match (leaf.axis, leaf.second, element) {
+        (None, _, Some(element)) if element.is_vector() => format!("{sided}[{}]", leaf.component),
+        (None, ..) => sided,
+        (Some(_), _, Some(Element::RaviartThomas)) => format!("(div({sided})/{})", problem.dim),
+        // The only slopes are half the components of the curl.
+        (Some(_), _, Some(Element::Nedelec)) if problem.dim == 2 => format!("(curl({sided})/2)"),
+        (Some(axis), _, Some(Element::Nedelec)) => {
+            format!("(curl({sided})[{}]/2)", 3 - axis - leaf.component)
+        }
+        (Some(axis), None, _) => format!("grad({sided})[{axis}]"),
+        (Some(axis), Some(second), _) => {
+            let hesse = other(format!("{name}.Operator(\"hesse\")"), leaf.side);
+            format!("{hesse}[{axis}, {second}]")
+        }
+    }
+}
+
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
     let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
-    let imports = "import netgen.meshing as netgen\nimport ngsolve\nfrom ngsolve import (\n    BND, CF, SEGM, TET, TRIG, VOL, IfPos, acos, asin, atan, atan2, cos, cosh, ds, dx, exp, grad, log, sin, sinh, specialcf, sqrt, tan, x, y, z\n)";
+    let imports = "import netgen.meshing as netgen\nimport ngsolve\nfrom ngsolve import (\n    BND, CF, SEGM, TET, TRIG, VOL, IfPos, acos, asin, atan, atan2, cos, cosh, curl, div, ds, dx, exp, grad, log, sin, sinh, specialcf, sqrt, tan, x, y, z\n)";
     let mut s = python::top(problem, CODE.suffix, imports, &words);
     let boundaries: Vec<usize> = (0..problem.groups.len())
         .filter(|k| problem.groups[*k].dim == dim - 1)
         .collect();
     let tags: Vec<i64> = problem.groups.iter().map(|group| group.tag).collect();
     let name_of = |k: usize| format!("g{}", tags[k]);
+    if let Some(time) = &problem.time {
+        let t = &words.parameters[time.parameter];
+        s += &format!("{t} = ngsolve.Parameter({t})  # changes from step to step\n");
+    }
     s += &mesh(problem, &boundaries);
     let [rule, facet_rule] = problem.rules();
     let [(points, weights), (facet_points, facet_weights)] =
@@ -166,14 +201,14 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             }
         }
     }
-    let components = problem.components();
+    let blocks = problem.blocks();
+    let conditions = problem.held();
     let mut spaces = Vec::new();
-    for (k, c) in &components {
-        let groups = problem
-            .conditions
+    for (k, c) in &blocks {
+        let groups = conditions
             .iter()
-            .filter(|condition| (condition.unknown, condition.component) == (*k, *c));
-        let groups: Vec<String> = groups.map(|condition| name_of(condition.group)).collect();
+            .filter(|held| (held.unknown, held.component) == (*k, *c));
+        let groups: Vec<String> = groups.map(|held| name_of(held.group)).collect();
         let held = if groups.is_empty() {
             String::new()
         } else {
@@ -187,18 +222,44 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         )?);
     }
     let names = |of: fn(usize) -> Field| {
-        components
-            .iter()
-            .map(|(k, c)| words.parts(of(*k))[*c].clone())
-            .collect::<Vec<_>>()
-            .join(", ")
+        let each = blocks.iter().map(|(k, c)| match c {
+            Some(c) => words.parts(of(*k))[*c].clone(),
+            None => words.whole(of(*k)).to_owned(),
+        });
+        each.collect::<Vec<_>>()
+    };
+    let [mut unknowns, mut tests] = [names(Field::Unknown), names(Field::Test)];
+    for k in 0..problem.means.len() {
+        spaces.push("ngsolve.NumberSpace(mesh)".into());
+        unknowns.push(format!("multiplier{k}"));
+        tests.push(format!("mean{k}"));
+    }
+    // The functions that make up one in V.
+    let parts = |of: &str| {
+        let each = (0..spaces.len()).map(|at| match spaces.len() {
+            1 => of.to_owned(),
+            _ => format!("{of}.components[{at}]"),
+        });
+        each.collect::<Vec<_>>()
+    };
+    let at = |unknown: usize, component: Option<usize>| {
+        let found = blocks.iter().position(|block| {
+            block.0 == unknown && (block.1 == component || block.1.is_none())
+        });
+        found.unwrap_or(0)
     };
     s += &format!(
         "\nV = {}\n{} = V.TrialFunction()\n{} = V.TestFunction()\n",
         spaces.join(" * "),
-        names(Field::Unknown),
-        names(Field::Test)
+        unknowns.join(", "),
+        tests.join(", ")
     );
+    if problem.time.is_some() {
+        s += "before = ngsolve.GridFunction(V)\n";
+        for (name, part) in names(Field::Old).iter().zip(parts("before")) {
+            s += &format!("{name} = {part}\n");
+        }
+    }
     let residual = problem.residual();
     let by_hand: Vec<bool> = residual
         .iter()
@@ -227,16 +288,20 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         s += "b = ngsolve.BilinearForm(V)\n";
     }
     s += &integrals(problem, &spelling, &each, &name_of);
-    s += "total = ngsolve.GridFunction(V)\n";
+    for (k, mean) in problem.means.iter().enumerate() {
+        let [p, q] = [Field::Unknown, Field::Test].map(|of| words.whole(of(mean.unknown)).to_owned());
+        s += &format!(
+            "a += (multiplier{k}*{q} + ({p} - ({:?}))*mean{k})*dx(intrules=rule)  # the mean is held by a multiplier\n",
+            mean.value
+        );
+    }
+    s += "total, goal = ngsolve.GridFunction(V), ngsolve.GridFunction(V)\n";
     if by_hand.contains(&true) {
         s += "\n# NGSolve linearises integrals over interior facets correctly only if they are bilinear; J is the derivative of b.\nJ = ngsolve.BilinearForm(V)\n";
-        let part = |leaf: Leaf, k: usize| match components.len() {
-            1 => "total".to_owned(),
-            _ => format!("total.components[{}]", problem.position(k, leaf.component)),
-        };
+        let all = parts("total");
         let ends = |node: Node| match node {
-            Node::Leaf(leaf) => match (leaf.field, leaf.axis) {
-                (Field::Increment(k), _) => end(
+            Node::Leaf(leaf) => match leaf.field {
+                Field::Increment(k) => end(
                     problem,
                     &words,
                     Node::Leaf(Leaf {
@@ -244,13 +309,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                         ..leaf
                     }),
                 ),
-                (Field::Unknown(k), None) => other(part(leaf, k), leaf.side),
-                (Field::Unknown(k), Some(axis)) => {
-                    format!(
-                        "{}[{axis}]",
-                        other(format!("grad({})", part(leaf, k)), leaf.side)
-                    )
-                }
+                Field::Unknown(k) => slope(problem, &all[at(k, Some(leaf.component))], leaf),
                 _ => end(problem, &words, node),
             },
             _ => end(problem, &words, node),
@@ -271,37 +330,80 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             });
         s += &integrals(problem, &spelling, &each.collect::<Vec<_>>(), &name_of);
     }
-    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\n";
-    for (at, (k, c)) in components.iter().enumerate() {
-        let mine = problem
-            .conditions
-            .iter()
-            .filter(|condition| (condition.unknown, condition.component) == (*k, *c));
-        let values = mine.map(|condition| {
-            let value = spelling.text(&problem.scalars, condition.value, &none);
-            format!(", (\"{}\", CF({value}))", name_of(condition.group))
+    let mut solve = "# Dirichlet values; where two groups share a dof, the later one counts.\n".to_owned();
+    let formula = |id: &Id| spelling.text(&problem.scalars, *id, &none);
+    for (part, (k, c)) in parts("goal").iter().zip(&blocks) {
+        let mine = conditions.iter().filter(|held| (held.unknown, held.component) == (*k, *c));
+        if c.is_none() {
+            for held in mine {
+                let values: Vec<String> = held.values.iter().map(formula).collect();
+                let trace = match problem.unknowns[*k].space.element {
+                    Element::RaviartThomas => "normal",
+                    _ => "tangential",
+                };
+                solve += &format!(
+                    "hold_whole({part}, \"{}\", {trace}, CF(({})))\n",
+                    name_of(held.group),
+                    values.join(", ")
+                );
+            }
+            continue;
+        }
+        let values = mine.map(|held| {
+            format!(", (\"{}\", CF({}))", name_of(held.group), formula(&held.values[0]))
         });
         let values: String = values.collect();
         if values.is_empty() {
             continue;
         }
-        let part = match components.len() {
-            1 => "total".to_owned(),
-            _ => format!("total.components[{at}]"),
-        };
         let degree = match problem.unknowns[*k].space.element {
             Element::CrouzeixRaviart => 0,
             element => element.degree(),
         };
-        s += &format!("hold({part}, BND, {degree}{values})\n");
+        solve += &format!("hold({part}, BND, {degree}{values})\n");
     }
-    s += "\n# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\nr, d = total.vec.CreateVector(), total.vec.CreateVector()\n\
+    if conditions.iter().any(|held| held.component.is_none()) {
+        let list = |name: &str| (0..dim).map(|k| format!("{name}[{k}]")).collect::<Vec<_>>();
+        let trace = |element| traces(element, &list("u"), &list("n")).join(", ");
+        s += &HOLD_WHOLE
+            .replace("RAVIART_THOMAS", &trace(Element::RaviartThomas))
+            .replace("NEDELEC", &trace(Element::Nedelec));
+    }
+    s += "r, d = total.vec.CreateVector(), total.vec.CreateVector()\nfree = np.array([V.FreeDofs()[i] for i in range(V.ndof)])\n";
+    solve += "\n# Newton's method. Dirichlet values come in by its first increment; a linear form takes one step, and a second one confirms it.\n\
           for step in range(30):\n    a.Apply(total.vec, r)\n    a.AssembleLinearization(total.vec)\n";
     if by_hand.contains(&true) {
-        s += "    b.Apply(total.vec, d)\n    r.data += d\n    J.Assemble()\n    a.mat.AsVector().data += J.mat.AsVector()\n";
+        solve += "    b.Apply(total.vec, d)\n    r.data += d\n    J.Assemble()\n    a.mat.AsVector().data += J.mat.AsVector()\n";
     }
-    s += "    d.data = a.mat.Inverse(V.FreeDofs(), inverse=\"umfpack\") * r\n    total.vec.data -= d\n    \
+    solve += "    d.FV().NumPy()[:] = np.where(free, 0, total.vec.FV().NumPy() - goal.vec.FV().NumPy())\n    r.data -= a.mat * d\n    \
+          d.data += a.mat.Inverse(V.FreeDofs(), inverse=\"umfpack\") * r\n    total.vec.data -= d\n    \
           if abs(d.FV().NumPy()).max() <= 1e-10*abs(total.vec.FV().NumPy()).max():\n        break\nelse:\n    sys.exit(\"Newton's method did not converge.\")\n";
+    match &problem.time {
+        None => s += &format!("\n{solve}"),
+        Some(time) => {
+            s += "\n# Initial values.\n";
+            for initial in &time.initial {
+                let part = &parts("total")[at(initial.unknown, Some(initial.component))];
+                let nodes = match problem.unknowns[initial.unknown].space.element {
+                    Element::CrouzeixRaviart => 4,
+                    element => element.degree(),
+                };
+                s += &format!("hold({part}, VOL, {nodes}, (None, CF({})))\n", formula(&initial.value));
+            }
+            let mut again = "before.vec.data = total.vec\n".to_owned();
+            for (k, datum) in problem.data.iter().enumerate() {
+                let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
+                for (name, id) in names {
+                    if let Some(of) = datum.space {
+                        let degree = of.element.degree();
+                        again += &format!("hold({name}, VOL, {degree}, (None, CF({})))\n", formula(id));
+                    }
+                }
+            }
+            let clock = |t: &str, dt: &str| format!("{t}.Set(number*{dt})");
+            s += &python::steps(time, &words, clock, &again, &solve);
+        }
+    }
     let (nodes, kind) = python::nodes(problem.output(), dim)?;
     // NGSolve's reference coordinates belong to the first vertices, the last one is the origin.
     let nodes: Vec<String> = nodes
@@ -315,23 +417,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         nodes.len(),
         nodes.len()
     );
+    let all = parts("total");
     let values = problem.unknowns.iter().enumerate().map(|(k, u)| {
-        let parts = (0..u.space.count()).map(|c| match components.len() {
-            1 => "total".to_owned(),
-            _ => format!("total.components[{}]", problem.position(k, c)),
-        });
-        let parts: Vec<String> = parts.collect();
-        (
-            u.name.clone(),
-            format!(
-                "values({})",
-                if parts.len() == 1 {
-                    parts[0].clone()
-                } else {
-                    format!("({})", parts.join(", "))
-                }
-            ),
-        )
+        let mut mine: Vec<String> = (0..u.space.count()).map(|c| all[at(k, Some(c))].clone()).collect();
+        mine.dedup();
+        let text = match &mine[..] {
+            [one] => format!("values({one})"),
+            several => format!("values(({}))", several.join(", ")),
+        };
+        (u.name.clone(), text)
     });
     Ok(s + &python::bottom(problem.output(), kind, &values.collect::<Vec<_>>()))
 }
@@ -415,7 +509,7 @@ fn mesh(problem: &Problem, boundaries: &[usize]) -> String {
     )
 }
 
-/// The nodes of degrees 0 to 3 on a reference simplex, by the degree; of degree 0, the centre.
+/// The nodes of degrees 0 to 3 on a reference simplex, by the degree; of degree 0, the centre; and the centres of its facets.
 fn reference(dim: usize) -> String {
     let points = |degree: usize| {
         let range = 0..=degree;
@@ -444,7 +538,18 @@ fn reference(dim: usize) -> String {
         "[({})]",
         vec![format!("1/{}", dim + 1); dim].join(", ") + ","
     );
-    format!("[{centre}, {}, {}, {}]", points(1), points(2), points(3))
+    // The centres of facets lie opposite the vertices.
+    let facets = (0..=dim).map(|j| {
+        let place = (0..dim).map(|i| if i == j { "0,".to_owned() } else { format!("1/{dim},") });
+        format!("({})", place.collect::<Vec<_>>().join(" "))
+    });
+    let facets = facets.collect::<Vec<_>>().join(", ");
+    format!(
+        "[{centre}, {}, {}, {}, [{facets}]]",
+        points(1),
+        points(2),
+        points(3)
+    )
 }
 
 const HOLD: &str = r#"def hold(function, where, degree, *values):
@@ -497,3 +602,26 @@ fn over(problem: &Problem, measure: &Measure, name_of: &dyn Fn(usize) -> String)
         ),
     }
 }
+
+const HOLD_WHOLE: &str = r#"
+
+normal = lambda u: [RAVIART_THOMAS]
+tangential = lambda u: [NEDELEC]
+
+
+def hold_whole(function, group, trace, g):
+    """Hold the normal or tangential moments of a vector on facets, by projection."""
+    own = function.space
+    q, v = own.TnT()
+    measure = ds(group, skeleton=True, intrules=facet_rule)
+    product = lambda a, b: sum(i*j for i, j in zip(trace(a), trace(b)))*measure
+    M, right = ngsolve.BilinearForm(product(q, v)).Assemble(), ngsolve.LinearForm(product(g, v)).Assemble()
+    diagonal = np.array([M.mat[i, i] for i in range(own.ndof)])
+    found = ngsolve.BitArray(diagonal > 1e-10*diagonal.max())
+    solved = right.vec.CreateVector()
+    solved.data = M.mat.Inverse(found, inverse="umfpack") * right.vec
+    for i in np.flatnonzero(diagonal > 1e-10*diagonal.max()):
+        function.vec[i] = solved[i]
+
+
+"#;

@@ -49,6 +49,10 @@ fn other(name: String, side: Side) -> String {
 fn end(problem: &Problem, words: &Words, node: Node) -> String {
     match node {
         Node::Pi => "np.pi".into(),
+        // It changes from step to step.
+        Node::Parameter(k) if problem.time.as_ref().is_some_and(|time| time.parameter == k) => {
+            format!("function.Argument(\"{}\", ())", words.parameters[k])
+        }
         Node::Parameter(k) => words.parameters[k].clone(),
         Node::Coordinate(k) => ["x", "y", "z"][k].into(),
         Node::Normal(k, Side::Minus) => format!("(-n[{k}])"),
@@ -56,9 +60,14 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
         Node::Diameter(side) => other("h".into(), side),
         Node::Leaf(leaf) => {
             let name = words.part(leaf).to_owned();
+            let second = |k: usize, l: usize| {
+                let twice = format!("function.grad(function.grad({name}, geom), geom)");
+                format!("{}[{k}, {l}]", other(twice, leaf.side))
+            };
             match (leaf.field, leaf.axis) {
                 (Field::Datum(k), _) if problem.data[k].space.is_none() => name,
                 (_, None) => other(name, leaf.side),
+                (_, Some(k)) if leaf.second.is_some() => second(k, leaf.second.unwrap_or(k)),
                 (_, Some(k)) => format!(
                     "{}[{k}]",
                     other(format!("function.grad({name}, geom)"), leaf.side)
@@ -123,9 +132,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 Some(of) => {
                     let (kind, degree) = basis(of.element)?;
                     format!(
-                        "basis = topo.basis(\"{kind}\", degree={degree})\n_, values = nodal(topo, basis, {degree}, lambda {axes}: {})\n\
-                         {name} = basis @ values\n",
-                        numpy(*id)
+                        "basis = topo.basis(\"{kind}\", degree={degree})\n{}\n",
+                        match problem.time {
+                            // Known from step to step.
+                            Some(_) => format!("{name} = basis @ function.Argument(\"of_{name}\", (len(basis),))"),
+                            None => format!(
+                                "_, values = nodal(topo, basis, {degree}, lambda {axes}: {})\n{name} = basis @ values",
+                                numpy(*id)
+                            ),
+                        }
                     )
                 }
             };
@@ -141,15 +156,26 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         let each = components
             .iter()
             .map(|(k, c)| words.parts(field(*k))[*c].clone());
-        each.collect::<Vec<_>>().join(", ")
+        each.collect::<Vec<_>>()
     };
+    for _ in &problem.means {
+        s += "    function.ones((1,)),  # a multiplier\n";
+    }
+    let [mut unknowns, mut tests] = [names(Field::Unknown), names(Field::Test)];
+    for k in 0..problem.means.len() {
+        unknowns.push(format!("multiplier{k}"));
+        tests.push(format!("mean{k}"));
+    }
     s += &format!(
         "]\nfirst = np.cumsum([0, *map(len, bases)]).tolist()\n\n\ndef fields(name):\n    \"\"\"One function for each basis; all coefficients are in one argument.\"\"\"\n    \
          all = function.Argument(name, (first[-1],))\n    return [basis @ all[i:j] for basis, i, j in zip(bases, first, first[1:])]\n\n\n\
          {}, = fields(\"total\")\n{}, = fields(\"tests\")\n",
-        names(Field::Unknown),
-        names(Field::Test)
+        unknowns.join(", "),
+        tests.join(", ")
     );
+    if problem.time.is_some() {
+        s += &format!("{}, = fields(\"before\")\n", names(Field::Old).join(", "));
+    }
     let roots = residual.iter().flat_map(|i| i.terms.values().copied());
     let roots: Vec<Id> = roots.collect();
     let mut known = Shared::new();
@@ -181,7 +207,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             each.collect::<Vec<_>>().join("\n    + ")
         );
     }
-    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld, total = np.zeros(first[-1], bool), np.zeros(first[-1])\n";
+    for (k, mean) in problem.means.iter().enumerate() {
+        let [p, q] = [Field::Unknown, Field::Test].map(|of| words.whole(of(mean.unknown)));
+        s += &format!(
+            "\n# The mean is held by a multiplier.\nF += at(topo, *rule).integral((multiplier{k}*{q} + ({p} - ({:?}))*mean{k})*function.J(geom))\n",
+            mean.value
+        );
+    }
+    s += "\nsystem = solver.System(F, trial=\"total\", test=\"tests\")\nheld, total, goal = np.zeros(first[-1], bool), np.zeros(first[-1]), np.zeros(first[-1])\n";
+    let mut solve = "# Dirichlet values; where two groups share a dof, the later one counts.\n".to_owned();
     for condition in &problem.conditions {
         let group = &problem.groups[condition.group];
         let within = if group.on == Some(Domain::Interior) {
@@ -191,14 +225,46 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         };
         let at = problem.position(condition.unknown, condition.component);
         let (_, degree) = basis(problem.unknowns[condition.unknown].space.element)?;
-        s += &format!(
+        solve += &format!(
             "dofs, values = nodal(topo.{within}[\"g{}\"], bases[{at}], {degree}, lambda {axes}: {})\n\
-             held[first[{at}] + dofs], total[first[{at}] + dofs] = True, values\n",
+             held[first[{at}] + dofs], goal[first[{at}] + dofs] = True, values\n",
             group.tag,
             numpy(condition.value)
         );
     }
-    s += NEWTON;
+    match &problem.time {
+        None => {
+            s += "arguments = {}\n\n";
+            s += &(solve + NEWTON);
+        }
+        Some(time) => {
+            s += "\n# Initial values.\n";
+            for initial in &time.initial {
+                let at = problem.position(initial.unknown, initial.component);
+                let (_, degree) = basis(problem.unknowns[initial.unknown].space.element)?;
+                s += &format!(
+                    "dofs, values = nodal(topo, bases[{at}], {degree}, lambda {axes}: {})\ntotal[first[{at}] + dofs] = values\n",
+                    numpy(initial.value)
+                );
+            }
+            let t = &words.parameters[time.parameter];
+            let mut again = format!("arguments = {{\"{t}\": {t}, \"before\": total.copy()}}\n");
+            for (k, datum) in problem.data.iter().enumerate() {
+                let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
+                for (name, id) in names {
+                    if let Some(of) = datum.space {
+                        let (kind, degree) = basis(of.element)?;
+                        again += &format!(
+                            "basis = topo.basis(\"{kind}\", degree={degree})\n_, arguments[\"of_{name}\"] = nodal(topo, basis, {degree}, lambda {axes}: {})\n",
+                            numpy(*id)
+                        );
+                    }
+                }
+            }
+            let clock = |t: &str, dt: &str| format!("{t} = number*{dt}");
+            s += &python::steps(time, &words, clock, &again, &(solve + NEWTON));
+        }
+    }
     let (nodes, kind) = python::nodes(problem.output(), dim)?;
     let nodes: Vec<String> = nodes
         .iter()
@@ -272,12 +338,14 @@ def nodal(part, basis, degree, g):
 "#;
 
 const NEWTON: &str = r#"
-# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.
-system, free = solver.System(F, trial="total", test="tests"), ~held
+# Newton's method. Dirichlet values come in by its first increment; a linear form takes one step, and a second one confirms it.
+free = ~held
 for step in range(30):
-    r = system.assemble_residual({"total": total})[free]
-    d = system.assemble_jacobian({"total": total}).submatrix(free, free).solve(r)
-    total[free] -= d
+    r = system.assemble_residual({"total": total, **arguments})
+    A = system.assemble_jacobian({"total": total, **arguments})
+    d = np.where(held, total - goal, 0.0)
+    d[free] = A.submatrix(free, free).solve((r - A @ d)[free])
+    total -= d
     if abs(d).max(initial=0) <= 1e-10*abs(total).max():
         break
 else:

@@ -3,11 +3,11 @@
 use faceoff_fem::quadrature::Rule;
 use faceoff_fem::scene::expression::Function;
 
-use crate::problem::{Element, Problem};
+use crate::problem::{Element, Problem, Time};
 use crate::scalar::{Id, Node, Scalars};
 
 use super::spelling::Words;
-use super::spelling::{Shared, Spelling, head};
+use super::spelling::{Shared, Spelling, head, indented};
 
 /// Words of Python and of the frame.
 pub const RESERVED: &str = "False None True and as assert async await break class continue def del elif else except finally for from global \
@@ -180,6 +180,23 @@ pub fn nodes(output: Element, dim: usize) -> Result<(Vec<Vec<f64>>, u8), String>
         }
         _ => return Err("P3 is not written in 3D".into()),
     })
+}
+
+/// A step of Newton's method with given means: `rows` times the dofs are their integrals, `wanted` the values of these.
+pub const BORDERED: &str = r#"    border = scipy.sparse.csc_matrix(rows[:, free])
+    both = scipy.sparse.bmat([[A.tocsc()[free][:, free], border.T], [border, None]], format="csc")
+    d[free] = splu(both).solve(np.concatenate([(r - A @ d)[free], rows @ total - wanted]))[: free.sum()]
+"#;
+
+/// The loop over steps in time: what sets the time to that at the end of step `number`, what keeps the step before, and what solves one.
+pub fn steps(time: &Time, words: &Words, clock: fn(&str, &str) -> String, keep: &str, solve: &str) -> String {
+    let [t, dt] = [0, 1].map(|k| words.parameters[time.parameter + k].as_str());
+    let clock = clock(t, dt);
+    format!(
+        "\n# Steps in time: {t} is that at the end of a step.\nfor number in range(1, {}):\n{}",
+        time.steps + 1,
+        indented(&format!("{clock}\n{keep}{solve}"), "    ")
+    )
 }
 
 /// The end of a script: the writer of VTU and its call. `at` is an array cells × nodes × 3 of the places of the nodes, `values` are pairs of

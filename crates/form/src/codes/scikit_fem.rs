@@ -2,7 +2,7 @@
 
 use super::Code;
 use super::python;
-use super::spelling::{Shared, Spelling, Words, comment, measure, shared};
+use super::spelling::{Shared, Spelling, Words, comment, measure, shared, traces};
 use crate::problem::{Domain, Element, Problem, Unknown};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -19,18 +19,22 @@ pub const CODE: Code = Code {
 pub const RESERVED: &str = "skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
     BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held hold found given residual derivative scipy asm sides other number";
 
-fn element(unknown: &Unknown, dim: usize) -> Result<String, String> {
+fn element(unknown: &Unknown, dim: usize, bends: bool) -> Result<String, String> {
     let cell = if dim == 2 { "Tri" } else { "Tet" };
+    let lagrange = |degree| match bends && degree > 1 {
+        true => format!("bent(skfem.Element{cell}P{degree})"),
+        false => format!("skfem.Element{cell}P{degree}()"),
+    };
     let name = match unknown.space.element {
         Element::Continuous(3) if dim == 3 => {
             return Err("scikit-fem has no P3 on tetrahedra".into());
         }
-        Element::Continuous(degree) => format!("skfem.Element{cell}P{degree}()"),
+        Element::Continuous(degree) => lagrange(degree),
         Element::Broken(0) => format!("skfem.Element{cell}P0()"),
-        Element::Broken(degree) => format!("skfem.ElementDG(skfem.Element{cell}P{degree}())"),
-        Element::RaviartThomas | Element::Nedelec => {
-            return Err("scikit-fem".into());
-        }
+        Element::Broken(degree) => format!("skfem.ElementDG({})", lagrange(degree)),
+        Element::RaviartThomas => return Ok(format!("skfem.Element{cell}RT0()")),
+        Element::Nedelec if dim == 2 => return Ok("skfem.ElementTriN1()".into()),
+        Element::Nedelec => return Ok("skfem.ElementTetN0()".into()),
         Element::CrouzeixRaviart => format!("skfem.Element{cell}CR()"),
     };
     Ok(match unknown.space.size {
@@ -77,6 +81,12 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
             )
         }
         Node::Leaf(leaf) => {
+            let element = match leaf.field {
+                Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
+                    Some(problem.unknowns[k].space.element)
+                }
+                Field::Datum(_) => None,
+            };
             let (name, size) = match leaf.field {
                 Field::Datum(_) => (format!("w.{}{}", words.part(leaf), mark(leaf.side)), None),
                 Field::Unknown(k) | Field::Old(k) => (
@@ -88,11 +98,25 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
                     problem.unknowns[k].space.size,
                 ),
             };
-            match (size, leaf.axis) {
-                (None, None) => name,
-                (None, Some(axis)) => format!("{name}.grad[{axis}]"),
-                (Some(_), None) => format!("{name}[{}]", leaf.component),
-                (Some(_), Some(axis)) => format!("{name}.grad[{}, {axis}]", leaf.component),
+            let of = match size {
+                None => String::new(),
+                Some(_) => format!("{}, ", leaf.component),
+            };
+            match (leaf.axis, leaf.second, element) {
+                (None, ..) if size.is_none() => name,
+                (None, ..) => format!("{name}[{}]", leaf.component),
+                (Some(_), _, Some(Element::RaviartThomas)) => {
+                    format!("({name}.div/{})", problem.dim)
+                }
+                // The only slopes are half the components of the curl.
+                (Some(_), _, Some(Element::Nedelec)) if problem.dim == 2 => {
+                    format!("({name}.curl/2)")
+                }
+                (Some(axis), _, Some(Element::Nedelec)) => {
+                    format!("({name}.curl[{}]/2)", 3 - axis - leaf.component)
+                }
+                (Some(axis), None, _) => format!("{name}.grad[{of}{axis}]"),
+                (Some(axis), Some(second), _) => format!("{name}.hess[{of}{axis}, {second}]"),
             }
         }
         _ => String::new(),
@@ -102,15 +126,16 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
 fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
     let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
+    let bends = problem.has_second();
     let elements = problem
         .unknowns
         .iter()
-        .map(|u| element(u, dim))
+        .map(|u| element(u, dim, bends))
         .collect::<Result<Vec<_>, _>>()?;
     let mut s = python::top(
         problem,
         CODE.suffix,
-        "import skfem\nfrom scipy.sparse.linalg import splu",
+        "import scipy.sparse\nimport skfem\nfrom scipy.sparse.linalg import splu",
         &words,
     );
     let axes = &["x", "y", "z"][..dim];
@@ -124,6 +149,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let array =
         |(points, weights): (String, String)| format!("np.array({points}).T, np.array({weights})");
     let cell = if dim == 2 { "Tri" } else { "Tet" };
+    if bends {
+        s += BENT;
+    }
     s += &format!(
         "mesh = skfem.Mesh{cell}(points.T.copy(), cells.T.copy())\n\
          element = {}\n\n# The quadrature points are given explicitly, so that all codes use the same.\nrule = {}\nfacet_rule = {}\n\n\
@@ -158,6 +186,12 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         each.collect::<Vec<_>>().join(", ")
     };
     let (tests, increments) = (list(Field::Test), list(Field::Increment));
+    let olds: Vec<String> = match problem.time {
+        Some(_) => (0..problem.unknowns.len())
+            .map(|k| words.whole(Field::Old(k)).to_owned())
+            .collect(),
+        None => Vec::new(),
+    };
     let interpolated: Vec<(usize, String, usize)> = problem
         .data
         .iter()
@@ -200,9 +234,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             {
                 text += "    n = w.n\n";
             }
-            for (k, name) in names.iter().enumerate() {
+            let fields = names.iter().enumerate().map(|(k, name)| (Field::Unknown(k), name));
+            let before = olds.iter().enumerate().map(|(k, name)| (Field::Old(k), name));
+            for (field, name) in fields.chain(before) {
                 for side in sides(integral.measure.domain) {
-                    let is_used = needed.iter().any(|id| matches!(problem.scalars.node(*id), Node::Leaf(l) if l.field == Field::Unknown(k)));
+                    let is_used = needed.iter().any(|id| matches!(problem.scalars.node(*id), Node::Leaf(l) if l.field == field));
                     if is_used {
                         text += &format!("    {name}{0} = w.{name}{0}\n", mark(*side));
                     }
@@ -311,37 +347,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         }
     }
     s += "\n\nbasis = skfem.Basis(mesh, element, quadrature=rule)\ntotal = basis.zeros()\n";
-    s += "\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld = np.zeros(basis.N, bool)\n";
-    if !problem.conditions.is_empty() {
-        s += "\n\ndef hold(group, component, part, g):\n    found = basis.get_dofs(facets=boundary[labels == group])\n    \
-              mine = np.isin(found.flatten(), part)\n    dofs = found.flatten()[mine]\n    held[dofs] = True\n    total[dofs] = g(*basis.doflocs[:, dofs])\n\n\n";
-        s = s.replace(
-            "def hold(group, component, part, g):",
-            "def hold(group, part, g):",
-        );
-        for condition in &problem.conditions {
-            let unknown = &problem.unknowns[condition.unknown];
-            let mut part = match problem.unknowns.len() {
-                1 => "np.arange(basis.N)".to_owned(),
-                _ => format!("basis.split_indices()[{}]", condition.unknown),
-            };
-            if let Some(size) = unknown.space.size {
-                part = format!("{part}[{}::{size}]", condition.component);
-            }
-            s += &format!(
-                "hold({}, {part}, lambda {}: {})\n",
-                problem.groups[condition.group].tag,
-                axes.join(", "),
-                numpy(problem, condition.value)
-            );
-        }
+    if !olds.is_empty() {
+        s += "before = basis.zeros()\n";
     }
     // What the forms are given: the unknowns and data at the points of each basis.
-    s += "\n\ndef given(basis, mark=\"\"):\n    \"\"\"The unknowns and data at the points of a basis.\"\"\"\n    of_cells = diameter[basis.tind if hasattr(basis, \"tind\") and basis.tind is not None else slice(None)]\n    found = basis.interpolate(total)\n";
-    s += &match &names[..] {
-        [one] => format!("    all = {{\"{one}\" + mark: found}}\n"),
+    s += "\n\ndef given(basis, mark=\"\"):\n    \"\"\"The unknowns and data at the points of a basis.\"\"\"\n    of_cells = diameter[basis.tind if hasattr(basis, \"tind\") and basis.tind is not None else slice(None)]\n";
+    let dict = |names: &[String], of: &str| match names {
+        [one] => format!("{{\"{one}\" + mark: basis.interpolate({of})}}"),
         _ => format!(
-            "    all = dict(zip([name + mark for name in ({})], found))\n",
+            "dict(zip([name + mark for name in ({})], basis.interpolate({of})))",
             names
                 .iter()
                 .map(|n| format!("\"{n}\""))
@@ -349,27 +363,110 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 .join(", ")
         ),
     };
+    s += &format!("    all = {}\n", dict(&names, "total"));
+    if !olds.is_empty() {
+        s += &format!("    all.update({})\n", dict(&olds, "before"));
+    }
     for (_, name, degree) in &interpolated {
         s += &format!(
             "    own = basis.with_element(skfem.Element{cell}P{degree}())\n    all[\"{name}\" + mark] = own.interpolate({name}(*own.doflocs))\n"
         );
     }
     s += "    return {**all, \"h\" + mark: of_cells[:, None] + 0*basis.dx}\n";
-    s += "\n\n# Newton's method, from 0 with these values. A linear form takes one step, and a second one confirms it.\nfor step in range(30):\n";
+    s += "\n\n# Dirichlet values; where two groups share a dof, the later one counts.\nheld, goal = np.zeros(basis.N, bool), basis.zeros()\n";
+    let part = |k: usize, c: Option<usize>| {
+        let part = match problem.unknowns.len() {
+            1 => "np.arange(basis.N)".to_owned(),
+            _ => format!("basis.split_indices()[{k}]"),
+        };
+        match (c, problem.unknowns[k].space.size) {
+            (Some(c), Some(size)) => format!("{part}[{c}::{size}]"),
+            _ => part,
+        }
+    };
+    let conditions = problem.held();
+    let list = |values: &[Id]| {
+        let each = values.iter().map(|id| numpy(problem, *id));
+        match values {
+            [_] => each.collect::<String>(),
+            _ => format!("[{}]", each.collect::<Vec<_>>().join(", ")),
+        }
+    };
+    if conditions.iter().any(|c| c.component.is_some()) {
+        s += HOLD;
+    }
+    let mut solve = String::new();
+    for condition in &conditions {
+        let unknown = &problem.unknowns[condition.unknown];
+        let whole = match condition.component {
+            Some(_) => String::new(),
+            None => {
+                let n: Vec<String> = (0..dim).map(|k| format!("n[{k}]")).collect();
+                let u: Vec<String> = (0..dim).map(|k| format!("u[{k}]")).collect();
+                let trace = traces(unknown.space.element, &u, &n).join(", ");
+                if !s.contains("def hold_whole") {
+                    s += HOLD_WHOLE;
+                }
+                format!(", {}, lambda u, n: [{trace}]", element(unknown, dim, false)?)
+            }
+        };
+        solve += &format!(
+            "hold{}({}, {}{whole}, lambda {}: {})\n",
+            if whole.is_empty() { "" } else { "_whole" },
+            problem.groups[condition.group].tag,
+            part(condition.unknown, condition.component),
+            axes.join(", "),
+            list(&condition.values)
+        );
+    }
+    let [vectors, matrices] = calls.map(|all| all.join("\n        + "));
+    let mut step = "    d[free] = splu(A.tocsc()[free][:, free]).solve((r - A @ d)[free])\n".to_owned();
+    if !problem.means.is_empty() {
+        let rows: Vec<String> = problem
+            .means
+            .iter()
+            .map(|mean| {
+                let test = words.whole(Field::Test(mean.unknown));
+                format!("skfem.LinearForm(lambda {tests}, w: {test} + 0*w.x[0]).assemble(basis)")
+            })
+            .collect();
+        let values: Vec<String> = problem.means.iter().map(|m| format!("{:?}", m.value)).collect();
+        s += &format!(
+            "\n# The means are held by multipliers: the product of a row with dofs is the integral.\nrows = np.array([{}])\nwanted = basis.dx.sum()*np.array([{}])\n",
+            rows.join(", "),
+            values.join(", ")
+        );
+        step = python::BORDERED.to_owned();
+    }
+    let mut newton = "\n# Newton's method. Dirichlet values come in by its first increment; a linear form takes one step, and a second one confirms it.\nfree = ~held\nfor step in range(30):\n".to_owned();
     for (i, integral) in residual.iter().enumerate() {
-        s += &match integral.measure.domain {
+        newton += &match integral.measure.domain {
             Domain::Interior => format!(
                 "    given{i} = {{**given(basis{i}_plus, \"_plus\"), **given(basis{i}_minus, \"_minus\")}}\n"
             ),
             _ => format!("    given{i} = given(basis{i})\n"),
         };
     }
-    let [vectors, matrices] = calls.map(|all| all.join("\n        + "));
-    s += &format!(
-        "    r = (\n        {vectors}\n    )\n    A = (\n        {matrices}\n    )\n    free = ~held\n    \
-         d = splu(A.tocsc()[free][:, free]).solve(r[free])\n    total[free] -= d\n    \
+    newton += &format!(
+        "    r = (\n        {vectors}\n    )\n    A = (\n        {matrices}\n    )\n    d = np.where(held, total - goal, 0.0)\n{step}    total -= d\n    \
          if abs(d).max(initial=0) <= 1e-10*abs(total).max():\n        break\nelse:\n    sys.exit(\"Newton's method did not converge.\")\n"
     );
+    solve += &newton;
+    match &problem.time {
+        None => s += &solve,
+        Some(time) => {
+            s += "\n# Initial values.\n";
+            for initial in &time.initial {
+                s += &format!(
+                    "part = {}\ntotal[part] = (lambda {}: {})(*basis.doflocs[:, part])\n",
+                    part(initial.unknown, Some(initial.component)),
+                    axes.join(", "),
+                    numpy(problem, initial.value)
+                );
+            }
+            s += &python::steps(time, &words, |t, dt| format!("{t} = number*{dt}"), "before[:] = total\n", &solve);
+        }
+    }
     let (nodes, kind) = python::nodes(problem.output(), dim)?;
     let nodes: Vec<String> = nodes
         .iter()
@@ -411,3 +508,52 @@ fn groups(problem: &Problem, groups: &[usize], name: &str, marks: &str) -> Strin
         _ => format!(", facets=boundary[{chosen}]"),
     }
 }
+
+const HOLD: &str = r#"
+
+def hold(group, part, g):
+    found = basis.get_dofs(facets=boundary[labels == group]).flatten()
+    dofs = found[np.isin(found, part)]
+    held[dofs] = True
+    goal[dofs] = g(*basis.doflocs[:, dofs])
+
+
+"#;
+
+const HOLD_WHOLE: &str = r#"
+
+def hold_whole(group, part, element, trace, g):
+    """Hold the normal or tangential moments of a vector on facets, by projection."""
+    own = skfem.FacetBasis(mesh, element, facets=boundary[labels == group], quadrature=facet_rule)
+    product = lambda u, v, n: sum(a*b for a, b in zip(trace(u, n), trace(v, n)))
+    M = skfem.BilinearForm(lambda u, v, w: product(u, v, w.n)).assemble(own)
+    b = skfem.LinearForm(lambda v, w: product(g(*w.x), v, w.n)).assemble(own)
+    found = np.flatnonzero(M.diagonal() > 1e-10*M.diagonal().max())
+    held[part[found]] = True
+    goal[part[found]] = splu(M.tocsc()[found][:, found]).solve(b[found])
+
+
+"#;
+
+/// Lagrange elements with second derivatives.
+const BENT: &str = r#"
+
+def bent(kind):
+    """An element with second derivatives, by central differences, which are exact for slopes that are quadratic."""
+
+    class Bent(kind):
+        def gbasis(self, mapping, X, i, tind=None):
+            field, = super().gbasis(mapping, X, i, tind)
+            slope = lambda X: np.asarray(self.lbasis(X, i)[1]) + 0*X
+            shift = np.eye(len(X)).reshape(len(X), len(X), *[1]*(X.ndim - 1))
+            own = np.array([slope(X + e) - slope(X - e) for e in shift])/2
+            own = own if X.ndim == 3 else own[:, :, None]
+            inverse = mapping.invDF(X, tind)
+            own = np.broadcast_to(own, (*own.shape[:2], *inverse.shape[2:]))
+            field.hess = np.einsum("abek,aiek,bjek->ijek", own, inverse, inverse)
+            return field,
+
+    return Bent()
+
+
+"#;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use faceoff_fem::scene::expression::{Comparison, Function};
 
-use crate::problem::{Domain, Measure, Problem};
+use crate::problem::{Domain, Element, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 
 /// Names of a problem in a script. Where a code or the language of its scripts knows a word already, a mark follows.
@@ -531,4 +531,26 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
         }
     }
     lines
+}
+
+/// Lines of a script within a loop.
+pub fn indented(text: &str, by: &str) -> String {
+    let lines = text.lines().map(|line| match line.is_empty() {
+        true => "\n".to_owned(),
+        false => format!("{by}{line}\n"),
+    });
+    lines.collect()
+}
+
+/// What a space of vectors has continuous on facets, of components `u` and a normal `n`: the normal component, or the tangential ones.
+pub fn traces(element: Element, u: &[String], n: &[String]) -> Vec<String> {
+    let turned = |i: usize, j: usize| format!("({}*({}) - {}*({}))", n[i], u[j], n[j], u[i]);
+    match (element, u.len()) {
+        (Element::Nedelec, 2) => vec![turned(0, 1)],
+        (Element::Nedelec, _) => vec![turned(1, 2), turned(2, 0), turned(0, 1)],
+        _ => {
+            let products = u.iter().zip(n).map(|(u, n)| format!("{n}*({u})"));
+            vec![format!("({})", products.collect::<Vec<_>>().join(" + "))]
+        }
+    }
 }

@@ -1,12 +1,12 @@
 //! The text of a form, changed where UFL spells something otherwise; all else stays as it was written.
 
-use faceoff_fem::scene::expression::Comparison;
+use faceoff_fem::scene::expression::{Comparison, Function};
 use faceoff_fem::scene::expression::syntax::{Kind, Term};
 
-use super::spelling::Words;
+use super::spelling::{Shared, Spelling, Words};
 use crate::language::find_group;
 use crate::problem::Problem;
-use crate::scalar::Field;
+use crate::scalar::{Field, Id, Node};
 
 struct Editor<'a> {
     problem: &'a Problem,
@@ -26,6 +26,39 @@ pub fn ufl(problem: &Problem, words: &Words, text: &str, term: &Term) -> String 
     };
     editor.term(term);
     editor.apply()
+}
+
+/// A function of the point in UFL, from its expression.
+pub fn formula(problem: &Problem, words: &Words, id: Id) -> String {
+    let end = |node: Node| match node {
+        Node::Pi => "pi".into(),
+        Node::Parameter(k) => words.parameters[k].clone(),
+        Node::Coordinate(k) => format!("x[{k}]"),
+        _ => String::new(),
+    };
+    let spelling = Spelling {
+        end: &end,
+        call: |function, arguments| {
+            let name = match function {
+                Function::Log => "ln",
+                Function::Max => "max_value",
+                Function::Min => "min_value",
+                other => other.names()[0],
+            };
+            format!("{name}({})", arguments.join(", "))
+        },
+        power: |base, n| n.after(base, "**"),
+        choice: |sign, [a, b, c, d]| {
+            let name = match sign {
+                "<" => "lt",
+                "<=" => "le",
+                ">" => "gt",
+                _ => "ge",
+            };
+            format!("conditional({name}({a}, {b}), {c}, {d})")
+        },
+    };
+    spelling.text(&problem.scalars, id, &Shared::new())
 }
 
 impl Editor<'_> {
@@ -177,6 +210,13 @@ impl Editor<'_> {
         }
         if name == "Identity" {
             return;
+        }
+        if name == "old"
+            && let [Term { kind: Kind::Name(of), .. }] = arguments
+            && let Some(k) = self.problem.unknowns.iter().position(|u| u.name == *of)
+        {
+            let new = self.words.whole(Field::Old(k)).to_owned();
+            return self.replace(term.start, term.end, new);
         }
         arguments.iter().for_each(|argument| self.term(argument));
         if name == "pos" {
