@@ -168,7 +168,7 @@ fn written(form: &Problem, code: &'static Spelled) -> Code {
     }
 }
 
-/// A formula with the formulas of data instead of their names, and parameters as `{NAME}`.
+/// A formula with the formulas of data instead of their names, parameters as `{NAME}`, and the end of the steps in time as a number.
 pub(super) fn in_full(text: &str, form: &Problem) -> String {
     let data: BTreeMap<&str, &str> = form
         .data
@@ -176,17 +176,22 @@ pub(super) fn in_full(text: &str, form: &Problem) -> String {
         .filter(|datum| datum.shape.is_empty())
         .map(|datum| (datum.name.as_str(), datum.texts[0].as_str()))
         .collect();
-    let has = |name: &str| {
-        form.parameters
-            .iter()
-            .any(|parameter| parameter.name == name)
+    // The end and the step are no parameters of the file.
+    let is_timed = |k: usize| {
+        let of_time = form.time.as_ref().map(|time| time.parameter);
+        of_time.is_some_and(|first| k >= first)
+    };
+    let value = |name: &str| {
+        let mut all = form.parameters.iter().enumerate();
+        let (k, found) = all.find(|(_, parameter)| parameter.name == name)?;
+        Some(match is_timed(k) {
+            true => format!("({:?})", found.value),
+            false => format!("{{{name}}}"),
+        })
     };
     words(text, |word| match data.get(word) {
-        Some(datum) => Some(format!(
-            "({})",
-            words(datum, |word| has(word).then(|| format!("{{{word}}}")))
-        )),
-        None => has(word).then(|| format!("{{{word}}}")),
+        Some(datum) => Some(format!("({})", words(datum, value))),
+        None => value(word),
     })
 }
 

@@ -40,6 +40,9 @@ pub(super) struct File {
     spaces: Option<toml::Value>,
     data: Option<toml::Value>,
     dirichlet: Option<toml::Value>,
+    mean: Option<toml::Value>,
+    time: Option<toml::Value>,
+    initial: Option<toml::Value>,
 }
 
 #[derive(Deserialize)]
@@ -184,6 +187,9 @@ impl Reader {
             ("spaces", &file.spaces),
             ("data", &file.data),
             ("dirichlet", &file.dirichlet),
+            ("mean", &file.mean),
+            ("time", &file.time),
+            ("initial", &file.initial),
         ];
         match of_form.iter().find(|(_, table)| table.is_some()) {
             Some((key, _)) if file.form.is_none() => {

@@ -21,7 +21,7 @@ pub const CODE: Code = Code {
 /// Names that the frame imports or makes.
 pub const RESERVED: &str = "CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md fixed hold element space spaces bcs solver \
     grad div curl dot inner outer cross sym skew dev tr det inv cofac transpose Identity jump avg conditional lt le gt ge max_value min_value \
-    sin cos tan asin acos atan atan2 sinh cosh tanh exp ln sqrt sign as_tensor split graph old facet_tags cell_tags function at nodes cell rank w";
+    sin cos tan asin acos atan atan2 sinh cosh tanh exp ln sqrt sign as_tensor split graph old facet_tags cell_tags function at nodes cell rank w goal held before number rows scipy splu start volume wanted hold_whole normal tangential";
 
 fn element(unknown: &Unknown) -> String {
     let family = match unknown.space.element {
@@ -230,7 +230,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     if is_whole {
         // A function whose trace is taken, and its normal.
         let list = |name: &str| (0..dim).map(|k| format!("{name}[{k}]")).collect::<Vec<_>>();
-        let trace = |element| traces(element, &list("u"), &list("n")).join(", ");
+        let trace = |element| traces(element, &list("w"), &list("n")).join(", ");
         s += &HOLD_WHOLE
             .replace("RAVIART_THOMAS", &trace(Element::RaviartThomas))
             .replace("NEDELEC", &trace(Element::Nedelec));
@@ -394,8 +394,8 @@ def hold(part, group, g):
 
 const HOLD_WHOLE: &str = r#"
 
-normal = lambda u: [RAVIART_THOMAS]
-tangential = lambda u: [NEDELEC]
+normal = lambda w: [RAVIART_THOMAS]
+tangential = lambda w: [NEDELEC]
 
 
 def hold_whole(part, group, trace, g):
@@ -422,6 +422,8 @@ const KSP: &str = r#"    A.zeroRowsColumns(held, 1.0, d, r)
     solver.setType("preonly")
     solver.getPC().setType("lu")
     solver.getPC().setFactorSolverType("mumps")
+    solver.getPC().setFactorSetUpSolverType()
+    solver.getPC().getFactorMatrix().setMumpsIcntl(14, 200)  # room to pivot, in percent
     solver.setErrorIfNotConverged(True)
     solver.solve(r, d)
 "#;

@@ -23,7 +23,7 @@ pub const RESERVED: &str = "x y z N P label region nuTriangle nuEdge hTriangle l
     mesh mesh3 real int func macro varf string result order file values fixed held dx dy dz dxx dyy jump mean average on int1d int2d int3d \
     P0 P1 P2 P3 P1nc P1dc P2dc P1b sin C D from to own drawnBack cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
     trunc matrix complex bool if else for while break continue return try catch true false verbosity ARGV CG LU UMFPACK sparsesolver \
-    clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK name reads writes done j there value where out Hh DP qf1pE qf2pE qf3pE qf5pE qf2pT qf5pT qfV2 qfV5 readmesh readmesh3";
+    clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK name reads writes done j there value where out Hh DP qf1pE qf2pE qf3pE qf5pE qf2pT qf5pT qfV2 qfV5 readmesh readmesh3 given rest least moments M row gap J0 rm dm n RT0 RT03d RT0Ortho Edge03d dxy dxz dyy dyz dzz mean dofs P1dc3d";
 
 fn element(element: Element, dim: usize) -> Result<&'static str, String> {
     Ok(match (element, dim) {
@@ -353,20 +353,20 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         for (k, mean) in problem.means.iter().enumerate() {
             let test = &tests[problem.position(mean.unknown, 0)];
             s += &format!(
-                "varf mean{k}{arguments} = {}({test});\nreal[int] c{k} = mean{k}(0, Vh); // its product with dofs is the integral\n",
+                "varf mean{k}{arguments} = {}({test});\nreal[int] row{k} = mean{k}(0, Vh); // its product with dofs is the integral\n",
                 over(problem, &cells)
             );
-            columns += &format!(", c{k}");
-            rows += &format!(", [c{k}'{}]", ", 0".repeat(count));
+            columns += &format!(", row{k}");
+            rows += &format!(", [row{k}'{}]", ", 0".repeat(count));
             wanted += &format!(
-                "  real[int] m{k}(1);\n  m{k}[0] = c{k}'*{u}[] - ({:?})*c{k}.sum;\n",
+                "  real[int] gap{k}(1);\n  gap{k}[0] = row{k}'*{u}[] - ({:?})*row{k}.sum;\n",
                 mean.value
             );
         }
         matrix = format!(
             "matrix J0 = J(Vh, Vh, tgv=-1);\n  matrix A = [[J0{columns}]{rows}]; // with a multiplier for each mean\n{wanted}"
         );
-        let all: Vec<String> = (0..count).map(|k| format!("m{k}")).collect();
+        let all: Vec<String> = (0..count).map(|k| format!("gap{k}")).collect();
         right = format!(
             "real[int] rm = [r, {}], dm = A^-1*rm, d(Vh.ndof);\n  for (int i = 0; i < Vh.ndof; ++i) d[i] = dm[i];",
             all.join(", ")
@@ -500,8 +500,8 @@ fn result(problem: &Problem, words: &Words, output: Element) -> Result<String, S
         };
         s += &format!(
             "fespace D(Th, {space});  // its nodes are the vertices, drawn towards the centre of their cell by {shrink}\n\
-             func real drawnBack(real[int] & a, int k, int i) {{\n  real mean = 0;\n  for (int j = 0; j < {0}; ++j) mean += a[D(k, j)]/{0};\n  \
-             return mean + (0.5*(a[D(k, from[i])] + a[D(k, to[i])]) - mean)/{shrink};\n}}\n",
+             func real drawnBack(real[int] & dofs, int k, int i) {{\n  real mean = 0;\n  for (int j = 0; j < {0}; ++j) mean += dofs[D(k, j)]/{0};\n  \
+             return mean + (0.5*(dofs[D(k, from[i])] + dofs[D(k, to[i])]) - mean)/{shrink};\n}}\n",
             dim + 1
         );
     }

@@ -19,7 +19,7 @@ pub const CODE: Code = Code {
 
 /// Names that the frame imports or makes.
 pub const RESERVED: &str = "ngsolve netgen mesh here descriptor grid groups inside label mapped point where known V W a b J u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
-    sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse";
+    sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse curl div goal before mean0 multiplier0 hold_whole normal tangential";
 
 fn space(element: Element, dim: usize, held: &str, jumps: bool) -> Result<String, String> {
     let more = format!("{held}{}", if jumps { ", dgjumps=True" } else { "" });
@@ -113,19 +113,26 @@ fn slope(problem: &Problem, name: &str, leaf: Leaf) -> String {
         }
         Field::Datum(_) => None,
     };
-    let sided = other(name.to_owned(), leaf.side);
+    let sided = |text: String| other(text, leaf.side);
     match (leaf.axis, leaf.second, element) {
-        (None, _, Some(element)) if element.is_vector() => format!("{sided}[{}]", leaf.component),
-        (None, ..) => sided,
-        (Some(_), _, Some(Element::RaviartThomas)) => format!("(div({sided})/{})", problem.dim),
-        // The only slopes are half the components of the curl.
-        (Some(_), _, Some(Element::Nedelec)) if problem.dim == 2 => format!("(curl({sided})/2)"),
-        (Some(axis), _, Some(Element::Nedelec)) => {
-            format!("(curl({sided})[{}]/2)", 3 - axis - leaf.component)
+        (None, _, Some(element)) if element.is_vector() => {
+            format!("{}[{}]", sided(name.to_owned()), leaf.component)
         }
-        (Some(axis), None, _) => format!("grad({sided})[{axis}]"),
+        (None, ..) => sided(name.to_owned()),
+        (Some(_), _, Some(Element::RaviartThomas)) => {
+            format!("({}/{})", sided(format!("div({name})")), problem.dim)
+        }
+        // The only slopes are half the components of the curl.
+        (Some(_), _, Some(Element::Nedelec)) if problem.dim == 2 => {
+            format!("({}/2)", sided(format!("curl({name})")))
+        }
+        (Some(axis), _, Some(Element::Nedelec)) => {
+            let curl = sided(format!("curl({name})"));
+            format!("({curl}[{}]/2)", 3 - axis - leaf.component)
+        }
+        (Some(axis), None, _) => format!("{}[{axis}]", sided(format!("grad({name})"))),
         (Some(axis), Some(second), _) => {
-            let hesse = other(format!("{name}.Operator(\"hesse\")"), leaf.side);
+            let hesse = sided(format!("{name}.Operator(\"hesse\")"));
             format!("{hesse}[{axis}, {second}]")
         }
     }
@@ -364,7 +371,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     }
     if conditions.iter().any(|held| held.component.is_none()) {
         let list = |name: &str| (0..dim).map(|k| format!("{name}[{k}]")).collect::<Vec<_>>();
-        let trace = |element| traces(element, &list("u"), &list("n")).join(", ");
+        let trace = |element| traces(element, &list("e"), &list("n")).join(", ");
         s += &HOLD_WHOLE
             .replace("RAVIART_THOMAS", &trace(Element::RaviartThomas))
             .replace("NEDELEC", &trace(Element::Nedelec));
@@ -472,7 +479,7 @@ fn integrals(
             .replace("+ -", "- ");
         if !sum.is_empty() {
             s += &format!(
-                "{form} += (\n    {sum}\n)*{}\n",
+                "{form} += (\n    {sum}\n).Compile()*{}\n",
                 over(problem, measure, name_of)
             );
         }
@@ -605,8 +612,8 @@ fn over(problem: &Problem, measure: &Measure, name_of: &dyn Fn(usize) -> String)
 
 const HOLD_WHOLE: &str = r#"
 
-normal = lambda u: [RAVIART_THOMAS]
-tangential = lambda u: [NEDELEC]
+normal = lambda e: [RAVIART_THOMAS]
+tangential = lambda e: [NEDELEC]
 
 
 def hold_whole(function, group, trace, g):

@@ -17,7 +17,7 @@ pub const CODE: Code = Code {
 
 /// Names that the frame imports or makes.
 pub const RESERVED: &str = "function mesh sample solver types quadrature pointsseq topo geom corners sides marked at hold held spaces bases rule \
-    facet_rule total tests first F system free here found nodes degree basis interpolated unknowns part parts cell dofs fields integrand longest nodal nutils tag";
+    facet_rule total tests first F system free here found nodes degree basis interpolated unknowns part parts cell dofs fields integrand longest nodal nutils tag arguments goal mean0 multiplier0 number";
 
 /// nutils' name of a basis, and its degree.
 fn basis(element: Element) -> Result<(&'static str, usize), String> {
@@ -121,7 +121,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         python::numpy(&problem.scalars, id, ["x", "y", "z"], &parameter)
     };
     let axes = axes.join(", ");
-    s += NODAL;
+    s += &NODAL.replace("CORNERS", &(dim + 1).to_string());
     for (k, datum) in problem.data.iter().enumerate() {
         for (name, id) in words.parts(Field::Datum(k)).iter().zip(&datum.components) {
             s += &match datum.space {
@@ -330,7 +330,7 @@ const NODAL: &str = r#"
 
 def nodal(part, basis, degree, g):
     """The dofs of the nodes on a part of the mesh, and the values of g there."""
-    nodes = part.sample("bezier", degree + 1)
+    nodes = part.sample("bezier", degree + 1) if degree else at(part, [[1/CORNERS]*(CORNERS - 1)], [1.0])
     dofs, first = np.unique(nodes.eval(basis).argmax(axis=1), return_index=True)
     return dofs, g(*nodes.eval(geom)[first].T)
 

@@ -17,7 +17,7 @@ pub const CODE: Code = Code {
 
 /// Names that the frame imports or makes.
 pub const RESERVED: &str = "skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
-    BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held hold found given residual derivative scipy asm sides other number";
+    BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held hold found given residual derivative scipy asm sides other number goal before bent part rows wanted hold_whole of_element";
 
 fn element(unknown: &Unknown, dim: usize, bends: bool) -> Result<String, String> {
     let cell = if dim == 2 { "Tri" } else { "Tet" };
@@ -350,6 +350,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     if !olds.is_empty() {
         s += "before = basis.zeros()\n";
     }
+    if !interpolated.is_empty() {
+        s += OF_ELEMENT;
+    }
     // What the forms are given: the unknowns and data at the points of each basis.
     s += "\n\ndef given(basis, mark=\"\"):\n    \"\"\"The unknowns and data at the points of a basis.\"\"\"\n    of_cells = diameter[basis.tind if hasattr(basis, \"tind\") and basis.tind is not None else slice(None)]\n";
     let dict = |names: &[String], of: &str| match names {
@@ -369,7 +372,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     }
     for (_, name, degree) in &interpolated {
         s += &format!(
-            "    own = basis.with_element(skfem.Element{cell}P{degree}())\n    all[\"{name}\" + mark] = own.interpolate({name}(*own.doflocs))\n"
+            "    own = of_element(basis, skfem.Element{cell}P{degree}(), mark)\n    all[\"{name}\" + mark] = own.interpolate({name}(*own.doflocs))\n"
         );
     }
     s += "    return {**all, \"h\" + mark: of_cells[:, None] + 0*basis.dx}\n";
@@ -404,7 +407,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 let n: Vec<String> = (0..dim).map(|k| format!("n[{k}]")).collect();
                 let u: Vec<String> = (0..dim).map(|k| format!("u[{k}]")).collect();
                 let trace = traces(unknown.space.element, &u, &n).join(", ");
-                if !s.contains("def hold_whole") {
+                if !s.contains("def hold_whole of_element") {
                     s += HOLD_WHOLE;
                 }
                 format!(", {}, lambda u, n: [{trace}]", element(unknown, dim, false)?)
@@ -508,6 +511,17 @@ fn groups(problem: &Problem, groups: &[usize], name: &str, marks: &str) -> Strin
         _ => format!(", facets=boundary[{chosen}]"),
     }
 }
+
+/// `with_element` of scikit-fem 12 forgets the side.
+const OF_ELEMENT: &str = r#"
+
+def of_element(basis, element, mark):
+    """The basis of another element at the same points."""
+    if not mark:
+        return basis.with_element(element)
+    return skfem.InteriorFacetBasis(mesh, element, quadrature=basis.quadrature, facets=basis.find, side=int(mark == "_minus"))
+
+"#;
 
 const HOLD: &str = r#"
 
