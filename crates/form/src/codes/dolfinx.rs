@@ -140,7 +140,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 let each = datum.texts.iter().zip(&datum.components);
                 each.map(|(text, id)| match constant(problem, *id) {
                     // UFL differentiates numbers only if they know the mesh.
-                    Some(value) => format!("fem.Constant(mesh, PETSc.ScalarType({value:?}))"),
+                    Some(value) => number(value),
                     None => in_ufl(text),
                 })
                 .collect()
@@ -259,7 +259,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                     Element::RaviartThomas => "normal",
                     _ => "tangential",
                 };
-                let values = held.values.iter().map(|id| formula(problem, &words, *id));
+                let values = held.values.iter().map(|id| match constant(problem, *id) {
+                    // A form without its coefficients, which are 0, has no mesh.
+                    Some(value) => number(value),
+                    None => formula(problem, &words, *id),
+                });
                 let values: Vec<String> = values.collect();
                 format!("hold_whole({part}, {tag}, {trace}, as_tensor([{}]))\n", values.join(", "))
             }
@@ -341,6 +345,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         .map(|(name, u)| (u.name.clone(), format!("values({name})")))
         .collect();
     Ok(s + python::bottom(problem.output(), kind, &values).trim_start_matches('\n'))
+}
+
+/// A number that knows the mesh.
+fn number(value: f64) -> String {
+    format!("fem.Constant(mesh, PETSc.ScalarType({value:?}))")
 }
 
 /// The value of an expression of numbers only.

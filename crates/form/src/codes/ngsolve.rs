@@ -343,7 +343,12 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         let mine = conditions.iter().filter(|held| (held.unknown, held.component) == (*k, *c));
         if c.is_none() {
             for held in mine {
-                let values: Vec<String> = held.values.iter().map(formula).collect();
+                let values = held.values.iter().map(|id| match problem.scalars.number_of(*id) {
+                    // Of 0 alone a product is none.
+                    Some(value) => format!("ngsolve.Parameter({value:?})"),
+                    None => formula(id),
+                });
+                let values: Vec<String> = values.collect();
                 let trace = match problem.unknowns[*k].space.element {
                     Element::RaviartThomas => "normal",
                     _ => "tangential",
