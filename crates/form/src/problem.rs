@@ -359,7 +359,11 @@ impl Problem {
     pub fn blocks(&self) -> Vec<(usize, Option<usize>)> {
         let each = self.unknowns.iter().enumerate();
         let blocks = each.flat_map(|(k, unknown)| {
-            let count = if unknown.space.element.is_vector() { 1 } else { unknown.space.count() };
+            let count = if unknown.space.element.is_vector() {
+                1
+            } else {
+                unknown.space.count()
+            };
             (0..count).map(move |c| (k, (!unknown.space.element.is_vector()).then_some(c)))
         });
         blocks.collect()

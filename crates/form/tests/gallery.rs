@@ -1,4 +1,4 @@
-//! The forms in tests/forms, as scripts of all codes, run on one mesh: the fields agree to rounding.
+//! The forms in examples/forms and others, as scripts of all codes, run on one mesh: the fields agree to rounding.
 //!
 //! All codes must be there: tests/run installs them.
 
@@ -21,7 +21,8 @@ type Place = [i64; 6];
 type Values = BTreeMap<String, BTreeMap<Place, Vec<f64>>>;
 
 fn form(name: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/forms/{name}.toml"));
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../examples/forms/{name}.toml"));
     std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
@@ -169,7 +170,7 @@ macro_rules! forms_agree {
 
 forms_agree! {
     poisson: "poisson" lacking [];
-    transport: "transport" lacking [];
+    convection: "convection" lacking [];
     supg: "supg" lacking [];
     elasticity: "elasticity" lacking [];
     stokes: "stokes" lacking [];
@@ -180,6 +181,12 @@ forms_agree! {
     p_laplace: "p-laplace" lacking [];
     neo_hooke: "neo-hooke" lacking [];
     signorini: "signorini" lacking ["nutils"];
+    chouly_hild: "chouly-hild" lacking [];
+    darcy: "darcy" lacking ["nutils"];
+    curl_curl: "curl-curl" lacking ["nutils"];
+    stokes_closed: "stokes-closed" lacking [];
+    allen_cahn: "allen-cahn" lacking [];
+    biharmonic: "biharmonic" lacking [];
 }
 
 /// The codes that lack what a form needs.
@@ -190,8 +197,8 @@ fn lacking(text: &str, mesh: &Mesh) -> Vec<&'static str> {
         .collect()
 }
 
-#[path = "gallery/new.rs"]
-mod new;
+#[path = "gallery/spaces.rs"]
+mod spaces;
 
 const NONE: [&str; 0] = [];
 

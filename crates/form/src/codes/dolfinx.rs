@@ -177,7 +177,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         .map(|k| words.whole(Field::Unknown(k)))
         .collect();
     let olds: Vec<&str> = match problem.time {
-        Some(_) => (0..problem.unknowns.len()).map(|k| words.whole(Field::Old(k))).collect(),
+        Some(_) => (0..problem.unknowns.len())
+            .map(|k| words.whole(Field::Old(k)))
+            .collect(),
         None => Vec::new(),
     };
     let tests: Vec<&str> = (0..problem.unknowns.len())
@@ -203,7 +205,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 tests.join(", ")
             );
             if !olds.is_empty() {
-                s += &format!("before = fem.Function(V)\n{} = ufl.split(before)\n", olds.join(", "));
+                s += &format!(
+                    "before = fem.Function(V)\n{} = ufl.split(before)\n",
+                    olds.join(", ")
+                );
             }
             "w".to_owned()
         }
@@ -265,7 +270,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                     None => formula(problem, &words, *id),
                 });
                 let values: Vec<String> = values.collect();
-                format!("hold_whole({part}, {tag}, {trace}, as_tensor([{}]))\n", values.join(", "))
+                format!(
+                    "hold_whole({part}, {tag}, {trace}, as_tensor([{}]))\n",
+                    values.join(", ")
+                )
             }
         };
     }
@@ -280,7 +288,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 format!("petsc.assemble_vector(fem.form({test}*dx)).array")
             })
             .collect();
-        let values: Vec<String> = problem.means.iter().map(|m| format!("{:?}", m.value)).collect();
+        let values: Vec<String> = problem
+            .means
+            .iter()
+            .map(|m| format!("{:?}", m.value))
+            .collect();
         mean = format!(
             "\n# The means are held by multipliers: the product of a row with dofs is the integral.\nrows = np.array([{}])\n\
              volume = fem.assemble_scalar(fem.form(fem.Constant(mesh, PETSc.ScalarType(1.0))*dx))\nwanted = volume*np.array([{}])\n",

@@ -118,6 +118,15 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     {
         return Err("FreeFEM has no integrals over interior faces in 3D".into());
     }
+    let starts = problem.time.iter().flat_map(|time| &time.initial);
+    let is_drawn =
+        |start: &Initial| problem.unknowns[start.unknown].space.element == Element::Broken(1);
+    if starts.clone().any(is_drawn) {
+        return Err(
+            "FreeFEM interpolates DG1 at points inside of cells, and other codes at the vertices"
+                .into(),
+        );
+    }
     let components = problem.components();
     let blocks = problem.blocks();
     let elements: Vec<&str> = blocks
@@ -291,12 +300,21 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let on = |held: &Held, values: &[String]| {
         let first = problem.position(held.unknown, held.component.unwrap_or(0));
         let each = increments[first..].iter().zip(values);
-        let each: Vec<String> = each.map(|(name, value)| format!("{name} = {value}")).collect();
-        format!("on({}, {})", problem.groups[held.group].tag, each.join(", "))
+        let each: Vec<String> = each
+            .map(|(name, value)| format!("{name} = {value}"))
+            .collect();
+        format!(
+            "on({}, {})",
+            problem.groups[held.group].tag,
+            each.join(", ")
+        )
     };
-    let zeros = held
-        .iter()
-        .map(|held| format!("\n  + {}", on(held, &vec!["0.0".to_owned(); held.values.len()])));
+    let zeros = held.iter().map(|held| {
+        format!(
+            "\n  + {}",
+            on(held, &vec!["0.0".to_owned(); held.values.len()])
+        )
+    });
     let arguments = format!("({}, {})", list(&increments), list(&tests));
     s += &format!(
         "varf J{arguments} =\n    {}{};\n",
@@ -325,12 +343,20 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         let element = problem.unknowns[held.unknown].space.element;
         let first = problem.position(held.unknown, 0);
         let of = |names: &[String]| traces(element, names, &normal[..dim]);
-        let [du, v, g] = [&increments[first..first + dim], &tests[first..first + dim], &values].map(of);
+        let [du, v, g] = [
+            &increments[first..first + dim],
+            &tests[first..first + dim],
+            &values,
+        ]
+        .map(of);
         let product = |a: &[String], b: &[String]| {
             let each = a.iter().zip(b).map(|(a, b)| format!("{a}*{b}"));
             each.collect::<Vec<_>>().join(" + ")
         };
-        let measure = Measure { domain: Domain::Boundary, groups: vec![held.group] };
+        let measure = Measure {
+            domain: Domain::Boundary,
+            groups: vec![held.group],
+        };
         let over = over(problem, &measure);
         s += &format!(
             "// The moments of facets, by projection.\nvarf where{k}{arguments} = {over}({});\nvarf value{k}{arguments} = {over}({});\n",
@@ -347,7 +373,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let mut matrix = "matrix A = J(Vh, Vh, tgv=-1);".to_owned();
     let mut right = "real[int] d = A^-1*r;".to_owned();
     if !problem.means.is_empty() {
-        let cells = Measure { domain: Domain::Cells, groups: Vec::new() };
+        let cells = Measure {
+            domain: Domain::Cells,
+            groups: Vec::new(),
+        };
         let (mut columns, mut rows, mut wanted) = (String::new(), String::new(), String::new());
         let count = problem.means.len();
         for (k, mean) in problem.means.iter().enumerate() {

@@ -214,7 +214,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         for (k, c) in problem.blocks() {
             let [old, now] = [Field::Old(k), Field::Unknown(k)].map(|field| name_of(field, c));
             s += &format!("model.add_fem_data(\"{old}\", spaces[\"{now}\"])\n");
-            olds.push(format!("model.set_variable(\"{old}\", model.variable(\"{now}\"))\n"));
+            olds.push(format!(
+                "model.set_variable(\"{old}\", model.variable(\"{now}\"))\n"
+            ));
         }
     }
     let roots: Vec<Id> = residual
@@ -286,9 +288,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 let trace = |of: &dyn Fn(usize) -> String| traces(element, &list(of), &n);
                 let test = trace(&|k| format!("Test_{name}({})", k + 1));
                 let trial = trace(&|k| format!("Test2_{name}({})", k + 1));
-                let value = trace(&|k| {
-                    spelling.text(&problem.scalars, held.values[k], &Shared::new())
-                });
+                let value =
+                    trace(&|k| spelling.text(&problem.scalars, held.values[k], &Shared::new()));
                 let sum = |a: &[String]| {
                     let each = a.iter().zip(&test).map(|(a, b)| format!("{a}*{b}"));
                     each.collect::<Vec<_>>().join(" + ")
@@ -315,7 +316,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 );
             }
             let t = &words.parameters[time.parameter];
-            let mut again = format!("model.set_variable(\"{t}\", {t})\nmodel.to_variables(total)\n");
+            let mut again =
+                format!("model.set_variable(\"{t}\", {t})\nmodel.to_variables(total)\n");
             again += &olds.concat();
             for (k, datum) in problem.data.iter().enumerate() {
                 let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
@@ -329,7 +331,13 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                     }
                 }
             }
-            s += &python::steps(time, &words, |t, dt| format!("{t} = number*{dt}"), &again, &solve);
+            s += &python::steps(
+                time,
+                &words,
+                |t, dt| format!("{t} = number*{dt}"),
+                &again,
+                &solve,
+            );
         }
     }
     let (nodes, kind) = python::nodes(problem.output(), dim)?;

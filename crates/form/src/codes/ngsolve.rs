@@ -250,9 +250,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         each.collect::<Vec<_>>()
     };
     let at = |unknown: usize, component: Option<usize>| {
-        let found = blocks.iter().position(|block| {
-            block.0 == unknown && (block.1 == component || block.1.is_none())
-        });
+        let found = blocks
+            .iter()
+            .position(|block| block.0 == unknown && (block.1 == component || block.1.is_none()));
         found.unwrap_or(0)
     };
     s += &format!(
@@ -296,7 +296,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     }
     s += &integrals(problem, &spelling, &each, &name_of);
     for (k, mean) in problem.means.iter().enumerate() {
-        let [p, q] = [Field::Unknown, Field::Test].map(|of| words.whole(of(mean.unknown)).to_owned());
+        let [p, q] =
+            [Field::Unknown, Field::Test].map(|of| words.whole(of(mean.unknown)).to_owned());
         s += &format!(
             "a += (multiplier{k}*{q} + ({p} - ({:?}))*mean{k})*dx(intrules=rule)  # the mean is held by a multiplier\n",
             mean.value
@@ -337,17 +338,23 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             });
         s += &integrals(problem, &spelling, &each.collect::<Vec<_>>(), &name_of);
     }
-    let mut solve = "# Dirichlet values; where two groups share a dof, the later one counts.\n".to_owned();
+    let mut solve =
+        "# Dirichlet values; where two groups share a dof, the later one counts.\n".to_owned();
     let formula = |id: &Id| spelling.text(&problem.scalars, *id, &none);
     for (part, (k, c)) in parts("goal").iter().zip(&blocks) {
-        let mine = conditions.iter().filter(|held| (held.unknown, held.component) == (*k, *c));
+        let mine = conditions
+            .iter()
+            .filter(|held| (held.unknown, held.component) == (*k, *c));
         if c.is_none() {
             for held in mine {
-                let values = held.values.iter().map(|id| match problem.scalars.number_of(*id) {
-                    // Of 0 alone a product is none.
-                    Some(value) => format!("ngsolve.Parameter({value:?})"),
-                    None => formula(id),
-                });
+                let values = held
+                    .values
+                    .iter()
+                    .map(|id| match problem.scalars.number_of(*id) {
+                        // Of 0 alone a product is none.
+                        Some(value) => format!("ngsolve.Parameter({value:?})"),
+                        None => formula(id),
+                    });
                 let values: Vec<String> = values.collect();
                 let trace = match problem.unknowns[*k].space.element {
                     Element::RaviartThomas => "normal",
@@ -362,7 +369,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             continue;
         }
         let values = mine.map(|held| {
-            format!(", (\"{}\", CF({}))", name_of(held.group), formula(&held.values[0]))
+            format!(
+                ", (\"{}\", CF({}))",
+                name_of(held.group),
+                formula(&held.values[0])
+            )
         });
         let values: String = values.collect();
         if values.is_empty() {
@@ -400,7 +411,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                     Element::CrouzeixRaviart => 4,
                     element => element.degree(),
                 };
-                s += &format!("hold({part}, VOL, {nodes}, (None, CF({})))\n", formula(&initial.value));
+                s += &format!(
+                    "hold({part}, VOL, {nodes}, (None, CF({})))\n",
+                    formula(&initial.value)
+                );
             }
             let mut again = "before.vec.data = total.vec\n".to_owned();
             for (k, datum) in problem.data.iter().enumerate() {
@@ -408,7 +422,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 for (name, id) in names {
                     if let Some(of) = datum.space {
                         let degree = of.element.degree();
-                        again += &format!("hold({name}, VOL, {degree}, (None, CF({})))\n", formula(id));
+                        again +=
+                            &format!("hold({name}, VOL, {degree}, (None, CF({})))\n", formula(id));
                     }
                 }
             }
@@ -431,7 +446,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     );
     let all = parts("total");
     let values = problem.unknowns.iter().enumerate().map(|(k, u)| {
-        let mut mine: Vec<String> = (0..u.space.count()).map(|c| all[at(k, Some(c))].clone()).collect();
+        let mut mine: Vec<String> = (0..u.space.count())
+            .map(|c| all[at(k, Some(c))].clone())
+            .collect();
         mine.dedup();
         let text = match &mine[..] {
             [one] => format!("values({one})"),
@@ -552,7 +569,13 @@ fn reference(dim: usize) -> String {
     );
     // The centres of facets lie opposite the vertices.
     let facets = (0..=dim).map(|j| {
-        let place = (0..dim).map(|i| if i == j { "0,".to_owned() } else { format!("1/{dim},") });
+        let place = (0..dim).map(|i| {
+            if i == j {
+                "0,".to_owned()
+            } else {
+                format!("1/{dim},")
+            }
+        });
         format!("({})", place.collect::<Vec<_>>().join(" "))
     });
     let facets = facets.collect::<Vec<_>>().join(", ");

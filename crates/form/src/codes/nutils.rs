@@ -50,7 +50,12 @@ fn end(problem: &Problem, words: &Words, node: Node) -> String {
     match node {
         Node::Pi => "np.pi".into(),
         // It changes from step to step.
-        Node::Parameter(k) if problem.time.as_ref().is_some_and(|time| time.parameter == k) => {
+        Node::Parameter(k)
+            if problem
+                .time
+                .as_ref()
+                .is_some_and(|time| time.parameter == k) =>
+        {
             format!("function.Argument(\"{}\", ())", words.parameters[k])
         }
         Node::Parameter(k) => words.parameters[k].clone(),
@@ -135,7 +140,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                         "basis = topo.basis(\"{kind}\", degree={degree})\n{}\n",
                         match problem.time {
                             // Known from step to step.
-                            Some(_) => format!("{name} = basis @ function.Argument(\"of_{name}\", (len(basis),))"),
+                            Some(_) => format!(
+                                "{name} = basis @ function.Argument(\"of_{name}\", (len(basis),))"
+                            ),
                             None => format!(
                                 "_, values = nodal(topo, basis, {degree}, lambda {axes}: {})\n{name} = basis @ values",
                                 numpy(*id)
@@ -215,7 +222,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         );
     }
     s += "\nsystem = solver.System(F, trial=\"total\", test=\"tests\")\nheld, total, goal = np.zeros(first[-1], bool), np.zeros(first[-1]), np.zeros(first[-1])\n";
-    let mut solve = "# Dirichlet values; where two groups share a dof, the later one counts.\n".to_owned();
+    let mut solve =
+        "# Dirichlet values; where two groups share a dof, the later one counts.\n".to_owned();
     for condition in &problem.conditions {
         let group = &problem.groups[condition.group];
         let within = if group.on == Some(Domain::Interior) {

@@ -189,7 +189,13 @@ pub const BORDERED: &str = r#"    border = scipy.sparse.csc_matrix(rows[:, free]
 "#;
 
 /// The loop over steps in time: what sets the time to that at the end of step `number`, what keeps the step before, and what solves one.
-pub fn steps(time: &Time, words: &Words, clock: fn(&str, &str) -> String, keep: &str, solve: &str) -> String {
+pub fn steps(
+    time: &Time,
+    words: &Words,
+    clock: fn(&str, &str) -> String,
+    keep: &str,
+    solve: &str,
+) -> String {
     let [t, dt] = [0, 1].map(|k| words.parameters[time.parameter + k].as_str());
     let clock = clock(t, dt);
     format!(

@@ -234,11 +234,19 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             {
                 text += "    n = w.n\n";
             }
-            let fields = names.iter().enumerate().map(|(k, name)| (Field::Unknown(k), name));
-            let before = olds.iter().enumerate().map(|(k, name)| (Field::Old(k), name));
+            let fields = names
+                .iter()
+                .enumerate()
+                .map(|(k, name)| (Field::Unknown(k), name));
+            let before = olds
+                .iter()
+                .enumerate()
+                .map(|(k, name)| (Field::Old(k), name));
             for (field, name) in fields.chain(before) {
                 for side in sides(integral.measure.domain) {
-                    let is_used = needed.iter().any(|id| matches!(problem.scalars.node(*id), Node::Leaf(l) if l.field == field));
+                    let is_used = needed.iter().any(
+                        |id| matches!(problem.scalars.node(*id), Node::Leaf(l) if l.field == field),
+                    );
                     if is_used {
                         text += &format!("    {name}{0} = w.{name}{0}\n", mark(*side));
                     }
@@ -410,7 +418,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 if !s.contains("def hold_whole of_element") {
                     s += HOLD_WHOLE;
                 }
-                format!(", {}, lambda u, n: [{trace}]", element(unknown, dim, false)?)
+                format!(
+                    ", {}, lambda u, n: [{trace}]",
+                    element(unknown, dim, false)?
+                )
             }
         };
         solve += &format!(
@@ -423,7 +434,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         );
     }
     let [vectors, matrices] = calls.map(|all| all.join("\n        + "));
-    let mut step = "    d[free] = splu(A.tocsc()[free][:, free]).solve((r - A @ d)[free])\n".to_owned();
+    let mut step =
+        "    d[free] = splu(A.tocsc()[free][:, free]).solve((r - A @ d)[free])\n".to_owned();
     if !problem.means.is_empty() {
         let rows: Vec<String> = problem
             .means
@@ -433,7 +445,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 format!("skfem.LinearForm(lambda {tests}, w: {test} + 0*w.x[0]).assemble(basis)")
             })
             .collect();
-        let values: Vec<String> = problem.means.iter().map(|m| format!("{:?}", m.value)).collect();
+        let values: Vec<String> = problem
+            .means
+            .iter()
+            .map(|m| format!("{:?}", m.value))
+            .collect();
         s += &format!(
             "\n# The means are held by multipliers: the product of a row with dofs is the integral.\nrows = np.array([{}])\nwanted = basis.dx.sum()*np.array([{}])\n",
             rows.join(", "),
@@ -467,7 +483,13 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                     numpy(problem, initial.value)
                 );
             }
-            s += &python::steps(time, &words, |t, dt| format!("{t} = number*{dt}"), "before[:] = total\n", &solve);
+            s += &python::steps(
+                time,
+                &words,
+                |t, dt| format!("{t} = number*{dt}"),
+                "before[:] = total\n",
+                &solve,
+            );
         }
     }
     let (nodes, kind) = python::nodes(problem.output(), dim)?;

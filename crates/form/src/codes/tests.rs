@@ -143,9 +143,16 @@ fn words_of_scripts_are_reserved() {
         .replace("[0, \"x\"]", "[0, \"x\", 0]")
         .replace("[\"free\", 1]", "[\"free\", 1, 0]");
     let plane = MORE.replace(", back = [0, 0], front = [0, 0]", "");
-    let solid = MORE.replace("[0, \"x\"]", "[0, \"x\", 0]").replace("\"t*x\"]", "\"t*x\", 0]");
-    let solid = solid.replace("[\"t\", 1]", "[\"t\", 1, 0]").replace("[0, 0]", "[0, 0, 0]").replace("[0, 1]", "[0, 1, 0]");
-    let without = plane.replace("\"RT0\"", "\"P1^d\"").replace("\"N1curl\"", "\"P1^d\"");
+    let solid = MORE
+        .replace("[0, \"x\"]", "[0, \"x\", 0]")
+        .replace("\"t*x\"]", "\"t*x\", 0]");
+    let solid = solid
+        .replace("[\"t\", 1]", "[\"t\", 1, 0]")
+        .replace("[0, 0]", "[0, 0, 0]")
+        .replace("[0, 1]", "[0, 1, 0]");
+    let without = plane
+        .replace("\"RT0\"", "\"P1^d\"")
+        .replace("\"N1curl\"", "\"P1^d\"");
     let without = without.replace("[initial]", "[initial]\nqqr = [0, 0]");
     for (form, mesh) in [
         (FORM, union_jack(2, [1.0, 1.0])),
@@ -163,7 +170,9 @@ fn words_of_scripts_are_reserved() {
                 continue;
             };
             // The time and its step are parameters.
-            let own = |word: &String| word.contains("qq") || ["t", "dt"].contains(&word.trim_end_matches('_'));
+            let own = |word: &String| {
+                word.contains("qq") || ["t", "dt"].contains(&word.trim_end_matches('_'))
+            };
             let known: BTreeSet<&str> = reserved(code).collect();
             let stem = |word: &str| {
                 word.trim_end_matches(|c: char| c.is_ascii_digit())

@@ -1,7 +1,7 @@
 //! The text of a form, changed where UFL spells something otherwise; all else stays as it was written.
 
-use faceoff_fem::scene::expression::{Comparison, Function};
 use faceoff_fem::scene::expression::syntax::{Kind, Term};
+use faceoff_fem::scene::expression::{Comparison, Function};
 
 use super::spelling::{Shared, Spelling, Words};
 use crate::language::find_group;
@@ -212,7 +212,12 @@ impl Editor<'_> {
             return;
         }
         if name == "old"
-            && let [Term { kind: Kind::Name(of), .. }] = arguments
+            && let [
+                Term {
+                    kind: Kind::Name(of),
+                    ..
+                },
+            ] = arguments
             && let Some(k) = self.problem.unknowns.iter().position(|u| u.name == *of)
         {
             let new = self.words.whole(Field::Old(k)).to_owned();

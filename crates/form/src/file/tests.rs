@@ -181,7 +181,10 @@ fn wrong_forms_are_refused_with_their_place() {
             "¦outer(outer(b, b), outer(b, outer(b, outer(b, [1, 2, 3]))))*u*v*dx",
             "more than 81",
         ),
-        ("u*v*dx + ¦div(grad(u))*v*dx", "second derivatives of P1 functions are 0"),
+        (
+            "u*v*dx + ¦div(grad(u))*v*dx",
+            "second derivatives of P1 functions are 0",
+        ),
         // Arguments.
         ("u*v*dx + ¦max(u)*v*dx", "`max` does not take 1 argument;"),
         ("¦inner(u, v, u)*dx", "`inner` does not take 3 arguments"),

@@ -1,0 +1,175 @@
+//! Spaces of vectors, means, steps in time and second derivatives, in all codes that have them.
+
+use super::{NONE, cube, form, lacking, square};
+
+/// Normal or tangential components that vary along facets, jumps and all derivatives.
+#[test]
+fn vectors_of_raviart_thomas_and_nedelec() {
+    let fluxes = r#"
+name = "fluxes"
+[spaces]
+q = "RT0"
+p = "P0"
+[data]
+b = ["y", "x*y"]
+[form]
+F = """
+(1 + x)*dot(q, test.q)*dx + 0.3*dot(dot(grad(q), b), test.q)*dx - p*div(test.q)*dx + div(q)*test.p*dx + 0.1*p^3*test.p*dx
+- exp(x*y)*test.p*dx + x*dot(test.q, n)*ds(right) + 0.2*dot(q, n)*dot(test.q, n)*ds(top) + 0.1*inner(grad(q), grad(test.q))*dx
++ 0.1*dot(jump(q), jump(test.q))*dS + 0.1*avg(p)*jump(test.q, n)*dS + 0.1*avg(div(q))*avg(div(test.q))*dS
++ 0.1*sqrt(1 + dot(q, q))*q[0]*test.q[1]*dx
+"""
+[dirichlet]
+q = { left = ["x + y", "y"], bottom = ["sin(x)", "1 + x*x"] }
+"#;
+    assert_eq!(lacking(fluxes, &square()), ["nutils"]);
+    let fields = fluxes
+        .replace("RT0", "N1curl")
+        .replace("jump(test.q, n)", "avg(curl(test.q))")
+        .replace("div(", "curl(");
+    assert_eq!(lacking(&fields, &square()), ["nutils"]);
+}
+
+#[test]
+fn vectors_in_tetrahedra() {
+    let text = r#"
+name = "fluxes"
+[spaces]
+q = "RT0"
+p = "P0"
+[form]
+F = """
+(1 + y)*dot(q, test.q)*dx - p*div(test.q)*dx + x*y*dot(test.q, n)*ds(left, top) + (exp(x)*z - div(q))*test.p*dx
++ 0.1*inner(grad(q), grad(test.q))*dx
+"""
+degree = 2
+facet_degree = 2
+[dirichlet]
+q = { right = ["x", "y*z", "sin(y)"], bottom = ["y", "1", "z"] }
+"#;
+    assert_eq!(lacking(text, &cube()), ["nutils"]);
+    // The tangential components of two faces meet at an edge.
+    let text = r#"
+name = "fields"
+[spaces]
+u = "N1curl"
+[form]
+F = """
+inner(curl(u), curl(v))*dx + (1 + x)*dot(u, v)*dx - dot([sin(3*y), exp(z)*x, x*y], v)*dx + 0.1*inner(grad(u), grad(v))*dx
++ 0.1*curl(u)[0]*v[1]*dx + dot(cross(n, u), cross(n, v))*ds(top)
+"""
+degree = 2
+facet_degree = 2
+[dirichlet]
+left = ["x", "y*z", "sin(y)"]
+bottom = ["y", "1", "z"]
+"#;
+    assert_eq!(lacking(text, &cube()), ["nutils"]);
+    let text = form("curl-curl-3d");
+    assert_eq!(lacking(&text, &cube()), ["nutils"]);
+}
+
+/// Two means; the given velocity lets more in than out, so that its divergence cannot be 0.
+#[test]
+fn means_where_constants_are_free() {
+    let text = r#"
+name = "means"
+[spaces]
+u = "P2^2"
+p = "P1"
+w = "DG1"
+[form]
+F = """
+inner(grad(u), grad(v))*dx - p*div(v)*dx - q*div(u)*dx + 0.5*dot(dot(grad(u), u), v)*dx - x*v[0]*dx
++ inner(grad(w), grad(test.w))*dx - inner(avg(grad(w)), jump(test.w, n))*dS - inner(jump(w, n), avg(grad(test.w)))*dS
++ 9/avg(h)*jump(w)*jump(test.w)*dS - exp(x)*test.w*dx - y*test.w*ds(top)
+"""
+[dirichlet]
+u = { left = ["y", 0], right = [0, 0], bottom = [0, 0], top = ["sin(x)", 0] }
+[mean]
+p = 0.25
+w = -1.5
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+    let text = "name = \"flux\"\n[spaces]\nu = \"CR\"\n[form]\nF = \"inner(grad(u), grad(v))*dx - x*v*dx + v*ds(left)\"\n[mean]\nu = 2\n";
+    assert_eq!(lacking(text, &square()), ["nutils"]);
+}
+
+/// Data, boundary values and a nonlinear form that change from step to step.
+#[test]
+fn steps_in_time() {
+    let text = r#"
+name = "steps"
+[spaces]
+u = "P1"
+w = "P2^2"
+p = "P0"
+[data]
+f = { expr = "t*sin(3*x)", space = "P1" }
+[time]
+step = 0.1
+end = 0.3
+[initial]
+u = "exp(x)*y"
+w = ["x*x", "sin(y)"]
+p = "x"
+[form]
+F = """
+(u - old(u))/dt*v*dx + inner(grad(u), grad(v))*dx + 0.2*avg(old(u))*avg(v)*dS + 0.1*jump(old(u))*jump(v)*dS - u*dot(grad(f), grad(v))*dx
++ dot(w - old(w), test.w)/dt*dx + inner(grad(w), grad(test.w))*dx - t*dot([1, u^2], test.w)*dx + dot(dot(grad(old(w)), old(w)), test.w)*dx
++ 0.1*dot(avg(grad(old(u))), n('+'))*jump(v)*dS + (p - old(p))*q*dx - f*u*q*dx + sqrt(1 + jump(p)^2)*jump(p)*jump(q)*dS
++ 0.1*avg(h)*dot(jump(grad(f)), jump(grad(old(u))))*avg(v)*dS
+"""
+[dirichlet]
+u = { left = "t*y" }
+w = { left = ["t", "free"], top = [0, "t*x"] }
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+    let text = text.replace("\"P1\"\nw", "\"CR\"\nw");
+    assert_eq!(lacking(&text, &square()), ["nutils"]);
+    // FreeFEM's nodes of DG1 are not the vertices.
+    let text = "name = \"decay\"\n[spaces]\nu = \"DG1\"\nq = \"RT0\"\n[time]\nstep = 0.5\nend = 1\n[initial]\nu = \"exp(x)\"\n[form]\nF = \"(u - old(u))*v*dx + u*v*dx \
+                + dot(q - old(q), test.q)*dx - u*div(test.q)*dx\"\n[dirichlet]\nq = { left = [\"t\", 0] }\n";
+    assert_eq!(lacking(text, &square()), ["freefem", "nutils"]);
+}
+
+/// In cells and on facets, of quadratic and cubic functions and of vectors.
+#[test]
+fn second_derivatives() {
+    let text = r#"
+name = "curvature"
+[spaces]
+u = "P2"
+w = "P2^2"
+[data]
+g = "x^3*y"
+[form]
+F = """
+(1 + x)*inner(grad(grad(u)), grad(grad(v)))*dx - x*y*v*dx - dot(dot(avg(grad(grad(u))), n('+')), n('+'))*jump(grad(v), n)*dS
++ 20/avg(h)*jump(grad(u), n)*jump(grad(v), n)*dS + u*v*dx + 0.1*div(grad(g))*v*dx + 20/h*dot(grad(u), n)*dot(grad(v), n)*ds
++ dot(w, test.w)*dx + inner(grad(w), grad(test.w))*dx + 0.01*inner(grad(grad(w)), grad(grad(test.w)))*dx - dot([1, x], test.w)*dx
++ 0.001*dot(div(grad(w)), div(grad(test.w)))*ds + 0.01*dot(avg(div(grad(w))), avg(div(grad(test.w))))*dS
++ 0.1*sqrt(1 + grad(grad(u))[0, 1]^2)*v*dx
+"""
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+    let text = text.replace("\"P2\"", "\"P3\"");
+    assert_eq!(lacking(&text, &square()), ["freefem"]);
+    let text = "name = \"solid\"\n[spaces]\nu = \"P2\"\n[form]\nF = \"inner(grad(grad(u)), grad(grad(v)))*dx + u*v*dx - x*z*v*dx\"\ndegree = 2\nfacet_degree = 2\n";
+    assert_eq!(lacking(text, &cube()), NONE);
+}
+
+/// Gradients of data that are interpolated have two values on a facet.
+#[test]
+fn gradients_of_data_on_facets() {
+    let text = r#"
+name = "kinks"
+[spaces]
+u = "P1"
+[data]
+f = { expr = "sin(5*x)*y^2", space = "P1" }
+[form]
+F = "u*v*dx - jump(grad(f), n)*avg(v)*dS + dot(jump(grad(f)), jump(grad(u)))*avg(v)*dS"
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
+}
