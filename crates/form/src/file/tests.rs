@@ -1,5 +1,7 @@
 //! Wrong form files: each is refused with a sentence and its place. In the texts `¦` marks the place and is no part of the file.
 
+mod kinds;
+
 use std::path::Path;
 
 use faceoff_mesh::error::{Error, Place};
@@ -76,7 +78,7 @@ fn check_form(form: &str, words: &str) -> Result<(), String> {
 
 #[test]
 fn what_is_replaced_was_right() {
-    for text in [GOOD, PAIR] {
+    for text in [GOOD, PAIR, kinds::VECTORS] {
         Problem::parse(Path::new("form.toml"), text, &mesh()).unwrap_or_else(|e| panic!("{e}"));
     }
 }
@@ -533,8 +535,10 @@ fn no_damage_to_a_file_ends_in_a_panic() {
         "det(",
         "avg(",
         "cross(",
+        "old(",
+        "grad(grad(",
     ];
-    for good in [GOOD, PAIR] {
+    for good in [GOOD, PAIR, kinds::VECTORS] {
         for _ in 0..3000 {
             let mut text: Vec<char> = good.chars().collect();
             for _ in 0..1 + next(4) {

@@ -33,7 +33,8 @@ fn end(node: Node) -> f64 {
             };
             let value = [2.0, 5.0, -3.0][of_side(leaf.side)] + 100.0 * field;
             let axis = leaf.axis.map_or(0.0, |axis| axis as f64 + 1.0);
-            value + 10.0 * leaf.component as f64 + 0.1 * axis
+            let second = leaf.second.map_or(0.0, |axis| axis as f64 + 1.0);
+            value + 10.0 * leaf.component as f64 + 0.1 * axis + 0.01 * second
         }
         other => panic!("{other:?} is not an end"),
     }
@@ -41,13 +42,10 @@ fn end(node: Node) -> f64 {
 
 /// The entries of a tensor with their shape.
 fn evaluated(text: &str, dim: usize) -> (Vec<usize>, Vec<f64>) {
-    let unknown = |name: &str, size| Unknown {
+    let unknown = |name: &str, element, size| Unknown {
         name: name.into(),
         test: format!("test.{name}"),
-        space: Space {
-            element: Element::Broken(1),
-            size,
-        },
+        space: Space { element, size },
     };
     let mut scalars = Scalars::default();
     let x = scalars.push(Node::Coordinate(0));
@@ -60,7 +58,13 @@ fn evaluated(text: &str, dim: usize) -> (Vec<usize>, Vec<f64>) {
     };
     let names = Names {
         dim,
-        unknowns: &[unknown("u", None), unknown("w", Some(dim))],
+        unknowns: &[
+            unknown("u", Element::Broken(1), None),
+            unknown("w", Element::Broken(1), Some(dim)),
+            unknown("q", Element::RaviartThomas, Some(dim)),
+            unknown("e", Element::Nedelec, Some(dim)),
+            unknown("s", Element::Continuous(2), None),
+        ],
         parameters: &[],
         data: &[datum],
         groups: &[],
@@ -230,6 +234,51 @@ fn scalar_functions() {
             ("conditional(x <= x, u, 7)", &[], &[2.0]),
             ("atan2(y, x)", &[], &[0.7_f64.atan2(0.3)]),
             ("abs(-y) + tanh(x)", &[], &[0.7 + 0.3_f64.tanh()]),
+        ],
+    );
+}
+
+/// The gradient of a + b x is b I and that of a + b × x is skew, on each cell.
+#[test]
+fn derivatives_of_vectors_as_a_whole() {
+    let b = 202.1;
+    let c = 312.1;
+    assert_values(
+        2,
+        &[
+            ("grad(q)", &[2, 2], &[b, 0.0, 0.0, b]),
+            ("div(q)", &[], &[2.0 * b]),
+            ("curl(e)", &[], &[2.0 * c]),
+            ("grad(e)", &[2, 2], &[0.0, -c, c, 0.0]),
+        ],
+    );
+    let [c0, c1, c2] = [322.2, 302.3, 312.1];
+    assert_values(
+        3,
+        &[
+            ("div(q)", &[], &[3.0 * b]),
+            ("curl(e)", &[3], &[2.0 * c0, 2.0 * c1, 2.0 * c2]),
+            (
+                "grad(e)",
+                &[3, 3],
+                &[0.0, -c2, c1, c2, 0.0, -c0, -c1, c0, 0.0],
+            ),
+        ],
+    );
+}
+
+#[test]
+fn second_derivatives_and_the_step_before() {
+    assert_values(
+        2,
+        &[
+            ("grad(grad(s))", &[2, 2], &[402.11, 402.12, 402.12, 402.22]),
+            ("div(grad(s))", &[], &[402.11 + 402.22]),
+            ("grad(s*s)[0]", &[], &[2.0 * 402.0 * 402.1]),
+            ("grad(grad(x*s))[0, 1]", &[], &[402.2 + 0.3 * 402.12]),
+            ("u - old(u)", &[], &[2.0 - 52.0]),
+            ("div(old(w))", &[], &[52.1 + 62.2]),
+            ("grad(grad(f))[0, 0]", &[], &[2.0]),
         ],
     );
 }
