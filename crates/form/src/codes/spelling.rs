@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use faceoff_fem::scene::expression::{Comparison, Function};
 
-use crate::problem::{Domain, Element, Measure, Problem};
+use crate::problem::{Domain, Element, Measure, Problem, Unknown};
 use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 
 /// Names of a problem in a script. Where a code or the language of its scripts knows a word already, a mark follows.
@@ -372,13 +372,33 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
         power: |base, n| n.after(base, "^"),
         choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
     };
-    for condition in &problem.conditions {
-        let unknown = &problem.unknowns[condition.unknown];
-        let value = spelling.text(&problem.scalars, condition.value, &Shared::new());
-        let name = component(&unknown.name, unknown.space.size, condition.component);
+    let plain = |id: &Id| spelling.text(&problem.scalars, *id, &Shared::new());
+    for held in problem.held() {
+        let Unknown { name, space, .. } = &problem.unknowns[held.unknown];
+        let values: Vec<String> = held.values.iter().map(plain).collect();
+        let values = values.join(", ");
+        let what = match (held.component, space.element) {
+            (Some(c), _) => format!("{} = {values}", component(name, space.size, c)),
+            (None, Element::RaviartThomas) => {
+                format!("normal component of {name} = that of [{values}]")
+            }
+            (None, _) => format!("tangential components of {name} = those of [{values}]"),
+        };
+        lines.push(format!("    {what} on {}", problem.groups[held.group].name));
+    }
+    for mean in &problem.means {
+        let name = &problem.unknowns[mean.unknown].name;
+        lines.push(format!("    mean of {name} = {:?}", mean.value));
+    }
+    if let Some(time) = &problem.time {
+        let [end, step] = [0, 1].map(|k| problem.parameters[time.parameter + k].value);
+        for initial in &time.initial {
+            let Unknown { name, space, .. } = &problem.unknowns[initial.unknown];
+            let name = component(name, space.size, initial.component);
+            lines.push(format!("    {name} = {} at t = 0", plain(&initial.value)));
+        }
         lines.push(format!(
-            "    {name} = {value} on {}",
-            problem.groups[condition.group].name
+            "    old(u) = u a step before: steps of dt = {step:?} end at t = {end:?}"
         ));
     }
     if lines.last().is_some_and(|line| line.ends_with("with")) {

@@ -4,7 +4,7 @@ use faceoff_fem::scene::expression::syntax::{Kind, Term};
 use faceoff_fem::scene::expression::{Comparison, Function};
 
 use super::spelling::{Shared, Spelling, Words};
-use crate::language::find_group;
+use crate::language::{Names, Reader, find_group};
 use crate::problem::Problem;
 use crate::scalar::{Field, Id, Node};
 
@@ -128,9 +128,13 @@ impl Editor<'_> {
                 self.replace(term.end, term.end, ")");
             }
             // x[1] is UFL's already.
-            Kind::Index(a, _) => {
+            Kind::Index(a, at) => {
                 if !matches!(&a.kind, Kind::Name(name) if name == "x") {
                     self.term(a);
+                    // UFL wants all indices of a row.
+                    let rest = self.rank(a).saturating_sub(at.len());
+                    let end = at.last().map_or(term.end, |last| last.end);
+                    self.replace(end, end, ", :".repeat(rest));
                 }
             }
             Kind::Member(a, name) => match &a.kind {
@@ -143,6 +147,23 @@ impl Editor<'_> {
             },
             Kind::Call(function, arguments) => self.call(term, function, arguments),
         }
+    }
+
+    /// The number of dimensions of a term.
+    fn rank(&self, term: &Term) -> usize {
+        let of = self.problem;
+        let names = Names {
+            dim: of.dim,
+            unknowns: &of.unknowns,
+            parameters: &of.parameters,
+            data: &of.data,
+            groups: &of.groups,
+            unmarked: 0,
+            is_timed: of.time.is_some(),
+        };
+        let mut scalars = of.scalars.clone();
+        let tensor = Reader::new(names, &mut scalars).tensor(term);
+        tensor.map_or(0, |tensor| tensor.shape.len())
     }
 
     fn name(&self, name: &str) -> Option<String> {

@@ -203,7 +203,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn tensor(&mut self, term: &Term) -> Result<Tensor> {
+    pub(crate) fn tensor(&mut self, term: &Term) -> Result<Tensor> {
         match self.meaning(term)? {
             Meaning::Tensor(tensor) => Ok(tensor),
             Meaning::Measure(_) => Err(fault(

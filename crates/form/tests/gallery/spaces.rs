@@ -118,7 +118,7 @@ F = """
 (u - old(u))/dt*v*dx + inner(grad(u), grad(v))*dx + 0.2*avg(old(u))*avg(v)*dS + 0.1*jump(old(u))*jump(v)*dS - u*dot(grad(f), grad(v))*dx
 + dot(w - old(w), test.w)/dt*dx + inner(grad(w), grad(test.w))*dx - t*dot([1, u^2], test.w)*dx + dot(dot(grad(old(w)), old(w)), test.w)*dx
 + 0.1*dot(avg(grad(old(u))), n('+'))*jump(v)*dS + (p - old(p))*q*dx - f*u*q*dx + sqrt(1 + jump(p)^2)*jump(p)*jump(q)*dS
-+ 0.1*avg(h)*dot(jump(grad(f)), jump(grad(old(u))))*avg(v)*dS
++ 0.1*avg(h)*dot(jump(grad(f)), jump(grad(w)[0]))*avg(v)*dS
 """
 [dirichlet]
 u = { left = "t*y" }
