@@ -405,6 +405,16 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
         lines.pop();
         lines.push("is zero.".to_owned());
     }
+    for unknown in problem.unknowns.iter().filter(|u| u.space.element.is_vector()) {
+        let name = &unknown.name;
+        lines.push(match unknown.space.element {
+            Element::RaviartThomas => format!(
+                "On a cell {name} is a + b x: the slope of {name}[0] along x is that of {name}[1] along y, div({name})/{}.",
+                problem.dim
+            ),
+            _ => format!("On a cell {name} is a + b × x: its slopes are half the curl of {name}, up to signs."),
+        });
+    }
     let strong = strong_form(&mut problem.clone());
     if !strong.is_empty() {
         lines.push("Strong form:".to_owned());
@@ -468,7 +478,8 @@ fn strong_form(problem: &mut Problem) -> Vec<String> {
     let Some(cells) = cells.pop() else {
         return Vec::new();
     };
-    if cells.terms.keys().any(|leaf| leaf.second.is_some()) {
+    let is_whole = problem.unknowns.iter().any(|u| u.space.element.is_vector());
+    if is_whole || cells.terms.keys().any(|leaf| leaf.second.is_some()) {
         return Vec::new();
     }
     let mut lines = Vec::new();
