@@ -67,8 +67,9 @@ macro_rules! gallery {
 
 /// The weak forms of `examples/forms`.
 const FORMS: &[(&str, &str)] = gallery!(
-    "brinkman" "convection" "elasticity" "interior-penalty" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress"
-    "poisson" "signorini" "stokes" "stokes-cr" "supg");
+    "allen-cahn" "biharmonic" "brinkman" "chouly-hild" "convection" "curl-curl" "curl-curl-3d" "darcy" "elasticity"
+    "interior-penalty" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress" "poisson"
+    "signorini" "stokes" "stokes-closed" "stokes-cr" "supg");
 
 /// Their names.
 pub(super) fn forms() -> Vec<&'static str> {
