@@ -405,7 +405,11 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
         lines.pop();
         lines.push("is zero.".to_owned());
     }
-    for unknown in problem.unknowns.iter().filter(|u| u.space.element.is_vector()) {
+    for unknown in problem
+        .unknowns
+        .iter()
+        .filter(|u| u.space.element.is_vector())
+    {
         let name = &unknown.name;
         lines.push(match unknown.space.element {
             Element::RaviartThomas => format!(

@@ -1,6 +1,13 @@
 //! Spaces of vectors, means, steps in time and second derivatives, in all codes that have them.
 
-use super::{NONE, cube, form, lacking, square};
+use std::path::Path;
+
+use faceoff_form::Problem;
+use faceoff_form::codes::CODES;
+use faceoff_mesh::mesh::Mesh;
+use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+
+use super::{NONE, TOLERANCE, cube, form, lacking, run, square};
 
 /// Normal or tangential components that vary along facets, jumps and all derivatives.
 #[test]
@@ -172,4 +179,110 @@ f = { expr = "sin(5*x)*y^2", space = "P1" }
 F = "u*v*dx - jump(grad(f), n)*avg(v)*dS + dot(jump(grad(f)), jump(grad(u)))*avg(v)*dS"
 "#;
     assert_eq!(lacking(text, &square()), NONE);
+}
+
+/// All codes find a solution that their spaces have, exactly; at least so many do.
+fn assert_reproduced(text: &str, mesh: &Mesh, least: usize, exact: impl Fn([f64; 3]) -> Vec<f64>) {
+    let problem =
+        Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
+    let mut count = 0;
+    for code in &CODES {
+        let Ok(script) = code.script(&problem) else {
+            continue;
+        };
+        let found = run(code, &problem, mesh, &script);
+        let of_it = found.values().next().expect("an unknown");
+        for (place, values) in of_it {
+            // Vertices are at multiples of 1/4.
+            let at = [3, 4, 5].map(|k| place[k] as f64 / 1e7);
+            for (a, b) in values.iter().zip(exact(at)) {
+                let what = format!("{} on {}: {a}, not {b}", code.name, problem.name);
+                assert!((a - b).abs() < TOLERANCE, "{what} at {at:?}");
+            }
+        }
+        count += 1;
+    }
+    assert!(count >= least, "{} by {count} codes", problem.name);
+}
+
+#[test]
+fn solutions_in_the_space_are_found() {
+    let square = union_jack(2, [1.0, 1.0]);
+    let cube = union_cube(2, [1.0; 3]);
+    // Backward differences are exact for what is linear in time.
+    let text = r#"
+name = "heat"
+[spaces]
+u = "P2"
+[time]
+step = 0.25
+end = 0.75
+[initial]
+u = "x^2 + y^2"
+[form]
+F = "(u - old(u))/dt*v*dx + inner(grad(u), grad(v))*dx - 2*x*v*ds(right)"
+[dirichlet]
+left = "y^2 + 4*t"
+bottom = "x^2 + 4*t"
+top = "x^2 + 1 + 4*t"
+"#;
+    assert_reproduced(text, &square, 6, |[x, y, _]| vec![x * x + y * y + 3.0]);
+    let text = r#"
+name = "flux"
+[spaces]
+u = "P1"
+[form]
+F = "inner(grad(u), grad(v))*dx - v*ds(right) + v*ds(left)"
+[mean]
+u = 2
+"#;
+    assert_reproduced(text, &square, 6, |[x, _, _]| vec![x + 1.5]);
+    let text = r#"
+name = "plate"
+[spaces]
+u = "P2"
+[data]
+g = "x^2 + 3*x*y - y^2"
+[form]
+F = """
+inner(grad(grad(u)), grad(grad(v)))*dx - dot(dot(avg(grad(grad(u))), n('+')), n('+'))*jump(grad(v), n)*dS
+- dot(dot(avg(grad(grad(v))), n('+')), n('+'))*jump(grad(u), n)*dS + 20/avg(h)*jump(grad(u), n)*jump(grad(v), n)*dS
+- dot(dot(grad(grad(u)), n), n)*dot(grad(v), n)*ds - dot(dot(grad(grad(v)), n), n)*dot(grad(u - g), n)*ds
++ 20/h*dot(grad(u - g), n)*dot(grad(v), n)*ds
+"""
+[dirichlet]
+left = "g"
+right = "g"
+bottom = "g"
+top = "g"
+"#;
+    let plate = |[x, y, _]: [f64; 3]| vec![x * x + 3.0 * x * y - y * y];
+    assert_reproduced(text, &square, 6, plate);
+    for (space, mesh, value) in [
+        ("RT0", &square, ["1 + 2*x", "3 + 2*y", ""]),
+        ("N1curl", &square, ["1 - 2*y", "3 + 2*x", ""]),
+        ("RT0", &cube, ["1 + 2*x", "3 + 2*y", "2*z - 1"]),
+        ("N1curl", &cube, ["1 + 2*z - 3*y", "3*x - z", "y - 2*x - 1"]),
+    ] {
+        let value: Vec<&str> = value.into_iter().filter(|text| !text.is_empty()).collect();
+        let [list, texts] = [
+            value.join(", "),
+            value
+                .iter()
+                .map(|v| format!("\"{v}\""))
+                .collect::<Vec<_>>()
+                .join(", "),
+        ];
+        let text = format!(
+            "name = \"held\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"dot(u - [{list}], v)*dx\"\ndegree = 2\nfacet_degree = 2\n\
+             [dirichlet]\nleft = [{texts}]\nbottom = [{texts}]\n"
+        );
+        let exact = |[x, y, z]: [f64; 3]| match (space, value.len()) {
+            ("RT0", 2) => vec![1.0 + 2.0 * x, 3.0 + 2.0 * y],
+            ("RT0", _) => vec![1.0 + 2.0 * x, 3.0 + 2.0 * y, 2.0 * z - 1.0],
+            (_, 2) => vec![1.0 - 2.0 * y, 3.0 + 2.0 * x],
+            _ => vec![1.0 + 2.0 * z - 3.0 * y, 3.0 * x - z, y - 2.0 * x - 1.0],
+        };
+        assert_reproduced(&text, mesh, 5, exact);
+    }
 }
