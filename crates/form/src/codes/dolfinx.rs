@@ -356,7 +356,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         .zip(&problem.unknowns)
         .map(|(name, u)| (u.name.clone(), format!("values({name})")))
         .collect();
-    Ok(s + python::bottom(problem.output(), kind, &values).trim_start_matches('\n'))
+    Ok(s + &python::bottom(problem.output(), kind, &values))
 }
 
 /// A number that knows the mesh.

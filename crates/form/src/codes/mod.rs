@@ -64,7 +64,12 @@ impl Code {
     /// # Errors
     /// What the code lacks for this problem.
     pub fn script(&self, problem: &Problem) -> std::result::Result<String, String> {
-        (self.write)(&mut problem.clone())
+        let mut script = (self.write)(&mut problem.clone())?;
+        // Between parts are at most two empty lines.
+        while script.contains("\n\n\n\n") {
+            script = script.replace("\n\n\n\n", "\n\n\n");
+        }
+        Ok(script)
     }
 
     /// Writes the mesh that the script reads when it runs alone into a folder, and returns its path.

@@ -127,17 +127,16 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     let dim = problem.dim;
     let words = Words::new(problem, &format!("{} {RESERVED}", python::RESERVED), 0, '_');
     let bends = problem.has_second();
+    let imports = match problem.means.is_empty() {
+        true => "import skfem\nfrom scipy.sparse.linalg import splu",
+        false => "import scipy.sparse\nimport skfem\nfrom scipy.sparse.linalg import splu",
+    };
     let elements = problem
         .unknowns
         .iter()
         .map(|u| element(u, dim, bends))
         .collect::<Result<Vec<_>, _>>()?;
-    let mut s = python::top(
-        problem,
-        CODE.suffix,
-        "import scipy.sparse\nimport skfem\nfrom scipy.sparse.linalg import splu",
-        &words,
-    );
+    let mut s = python::top(problem, CODE.suffix, imports, &words);
     let axes = &["x", "y", "z"][..dim];
     let parameters = words.parameters.clone();
     let numpy = |problem: &Problem, id: Id| {

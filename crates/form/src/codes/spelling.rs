@@ -398,7 +398,7 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
             lines.push(format!("    {name} = {} at t = 0", plain(&initial.value)));
         }
         lines.push(format!(
-            "    old(u) = u a step before: steps of dt = {step:?} end at t = {end:?}"
+            "    old(…) at the end of the step before; steps of dt = {step:?} end at t = {end:?}"
         ));
     }
     if lines.last().is_some_and(|line| line.ends_with("with")) {

@@ -98,6 +98,20 @@ p = 0.25
 w = -1.5
 "#;
     assert_eq!(lacking(text, &square()), NONE);
+    // A reservoir without wells or outlets.
+    let text = r#"
+name = "closed"
+[spaces]
+q = "RT0"
+p = "P0"
+[form]
+F = "dot(q, test.q)*dx - p*div(test.q)*dx + (x - y - div(q))*test.p*dx"
+[dirichlet]
+q = { left = ["y", 0], right = [0, 0], bottom = [0, 0], top = [0, 1] }
+[mean]
+p = 3
+"#;
+    assert_eq!(lacking(text, &square()), ["nutils"]);
     let text = "name = \"flux\"\n[spaces]\nu = \"CR\"\n[form]\nF = \"inner(grad(u), grad(v))*dx - x*v*dx + v*ds(left)\"\n[mean]\nu = 2\n";
     assert_eq!(lacking(text, &square()), ["nutils"]);
 }
