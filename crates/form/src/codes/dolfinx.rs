@@ -322,12 +322,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 );
             }
             let mut again = String::new();
-            for (k, datum) in problem.data.iter().enumerate() {
-                let parts = words.parts(Field::Datum(k)).iter().zip(&datum.components);
-                for (name, id) in parts.filter(|_| datum.space.is_some()) {
-                    let value = at_points(problem, &words, *id);
-                    again += &format!("{name}.interpolate(lambda x: {value})\n");
-                }
+            for (name, _, id) in words.interpolated(problem) {
+                let value = at_points(problem, &words, id);
+                again += &format!("{name}.interpolate(lambda x: {value})\n");
             }
             s += &python::steps(
                 time,

@@ -421,11 +421,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             let t = &words.parameters[time.parameter];
             let dt = &words.parameters[time.parameter + 1];
             let mut again = String::new();
-            for (k, datum) in problem.data.iter().enumerate() {
-                let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
-                for (name, value) in names.filter(|_| datum.space.is_some()) {
-                    again += &format!("{name} = {};\n", formula(value));
-                }
+            for (name, _, value) in words.interpolated(problem) {
+                again += &format!("{name} = {};\n", formula(&value));
             }
             s += &format!(
                 "\n// Steps in time: {0} is that at the end of a step.\n{t} = 0;\n{1} = {2};\nfor (int n = 1; n <= {3}; ++n) {{\n{4}}}\n",

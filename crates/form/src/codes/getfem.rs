@@ -319,17 +319,12 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             let mut again =
                 format!("model.set_variable(\"{t}\", {t})\nmodel.to_variables(total)\n");
             again += &olds.concat();
-            for (k, datum) in problem.data.iter().enumerate() {
-                let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
-                for (name, id) in names {
-                    if let Some(of) = datum.space {
-                        again += &format!(
-                            "nodes = space(\"{}\").basic_dof_nodes()\nmodel.set_variable(\"{name}\", (lambda {axes}: {})(*nodes))\n",
-                            element(of.element, dim)?,
-                            numpy(*id)
-                        );
-                    }
-                }
+            for (name, of, id) in words.interpolated(problem) {
+                again += &format!(
+                    "nodes = space(\"{}\").basic_dof_nodes()\nmodel.set_variable(\"{name}\", (lambda {axes}: {})(*nodes))\n",
+                    element(of, dim)?,
+                    numpy(id)
+                );
             }
             s += &python::steps(
                 time,

@@ -417,15 +417,9 @@ fn write(problem: &mut Problem) -> Result<String, String> {
                 );
             }
             let mut again = "before.vec.data = total.vec\n".to_owned();
-            for (k, datum) in problem.data.iter().enumerate() {
-                let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
-                for (name, id) in names {
-                    if let Some(of) = datum.space {
-                        let degree = of.element.degree();
-                        again +=
-                            &format!("hold({name}, VOL, {degree}, (None, CF({})))\n", formula(id));
-                    }
-                }
+            for (name, element, id) in words.interpolated(problem) {
+                let (degree, value) = (element.degree(), formula(&id));
+                again += &format!("hold({name}, VOL, {degree}, (None, CF({value})))\n");
             }
             let clock = |t: &str, dt: &str| format!("{t}.Set(number*{dt})");
             s += &python::steps(time, &words, clock, &again, &solve);

@@ -257,17 +257,12 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             }
             let t = &words.parameters[time.parameter];
             let mut again = format!("arguments = {{\"{t}\": {t}, \"before\": total.copy()}}\n");
-            for (k, datum) in problem.data.iter().enumerate() {
-                let names = words.parts(Field::Datum(k)).iter().zip(&datum.components);
-                for (name, id) in names {
-                    if let Some(of) = datum.space {
-                        let (kind, degree) = basis(of.element)?;
-                        again += &format!(
-                            "basis = topo.basis(\"{kind}\", degree={degree})\n_, arguments[\"of_{name}\"] = nodal(topo, basis, {degree}, lambda {axes}: {})\n",
-                            numpy(*id)
-                        );
-                    }
-                }
+            for (name, of, id) in words.interpolated(problem) {
+                let (kind, degree) = basis(of)?;
+                again += &format!(
+                    "basis = topo.basis(\"{kind}\", degree={degree})\n_, arguments[\"of_{name}\"] = nodal(topo, basis, {degree}, lambda {axes}: {})\n",
+                    numpy(id)
+                );
             }
             let clock = |t: &str, dt: &str| format!("{t} = number*{dt}");
             s += &python::steps(time, &words, clock, &again, &(solve + NEWTON));

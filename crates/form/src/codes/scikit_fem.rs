@@ -191,20 +191,7 @@ fn write(problem: &mut Problem) -> Result<String, String> {
             .collect(),
         None => Vec::new(),
     };
-    let interpolated: Vec<(usize, String, usize)> = problem
-        .data
-        .iter()
-        .enumerate()
-        .filter_map(|(k, datum)| datum.space.map(|space| (k, space.element.degree())))
-        .flat_map(|(k, degree)| {
-            words
-                .parts(Field::Datum(k))
-                .iter()
-                .map(move |name| (k, name.clone(), degree))
-                .collect::<Vec<_>>()
-        })
-        .collect();
-
+    let interpolated = words.interpolated(problem);
     let mut calls = [Vec::new(), Vec::new()];
     for (i, (integral, by)) in residual.iter().zip(&jacobian).enumerate() {
         let roots: Vec<Id> = integral
@@ -377,7 +364,8 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     if !olds.is_empty() {
         s += &format!("    all.update({})\n", dict(&olds, "before"));
     }
-    for (_, name, degree) in &interpolated {
+    for (name, element, _) in &interpolated {
+        let degree = element.degree();
         s += &format!(
             "    own = of_element(basis, skfem.Element{cell}P{degree}(), mark)\n    all[\"{name}\" + mark] = own.interpolate({name}(*own.doflocs))\n"
         );

@@ -100,6 +100,17 @@ impl Words {
         &self.parts[&field]
     }
 
+    /// The components of data that are interpolated: name, element and formula.
+    pub fn interpolated(&self, problem: &Problem) -> Vec<(String, Element, Id)> {
+        let mut all = Vec::new();
+        for (k, datum) in problem.data.iter().enumerate() {
+            let Some(space) = datum.space else { continue };
+            let parts = self.parts(Field::Datum(k)).iter().zip(&datum.components);
+            all.extend(parts.map(|(name, id)| (name.clone(), space.element, *id)));
+        }
+        all
+    }
+
     /// The name of a component.
     pub fn part(&self, leaf: Leaf) -> &str {
         &self.parts[&leaf.field][leaf.component]
