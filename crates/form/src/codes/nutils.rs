@@ -181,7 +181,11 @@ fn write(problem: &mut Problem) -> Result<String, String> {
         tests.join(", ")
     );
     if problem.time.is_some() {
-        s += &format!("{}, = fields(\"before\")\n", names(Field::Old).join(", "));
+        // Multipliers of the step before are of no use.
+        s += &format!(
+            "{}, *_ = fields(\"before\")\n",
+            names(Field::Old).join(", ")
+        );
     }
     let roots = residual.iter().flat_map(|i| i.terms.values().copied());
     let roots: Vec<Id> = roots.collect();

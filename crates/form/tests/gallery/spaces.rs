@@ -98,6 +98,25 @@ p = 0.25
 w = -1.5
 "#;
     assert_eq!(lacking(text, &square()), NONE);
+    // Step by step, too.
+    let text = r#"
+name = "stirred"
+[spaces]
+u = "P2^2"
+p = "P1"
+[time]
+step = 0.2
+end = 0.4
+[initial]
+u = ["y*(1 - y)", "0"]
+[form]
+F = "dot(u - old(u), v)/dt*dx + inner(grad(u), grad(v))*dx - p*div(v)*dx - q*div(u)*dx + dot(dot(grad(u), old(u)), v)*dx"
+[dirichlet]
+u = { left = [0, 0], right = [0, 0], bottom = [0, 0], top = ["t*x", 0] }
+[mean]
+p = -1
+"#;
+    assert_eq!(lacking(text, &square()), NONE);
     // A reservoir without wells or outlets.
     let text = r#"
 name = "closed"
