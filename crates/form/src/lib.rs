@@ -39,6 +39,7 @@ pub mod codes;
 pub mod file;
 mod kernel;
 pub mod language;
+pub mod own;
 pub mod problem;
 pub mod scalar;
 mod swap;

@@ -78,6 +78,11 @@ pub fn collect<T: Send>(count: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> 
     chunks(count, share(count), |chunk| chunk.map(&of).collect())
 }
 
+/// The number of tasks that run at the same time.
+pub fn threads() -> usize {
+    rayon::current_num_threads()
+}
+
 /// The number of items per task that keeps all cores busy with `count` items of equal work; at least 1.
 pub fn share(count: usize) -> usize {
     count.div_ceil(TASKS * rayon::current_num_threads()).max(1)

@@ -1,0 +1,237 @@
+//! Factorisation of any square sparse matrix by faer: Cholesky's where it is symmetric and positive definite, else Gauss' with pivots.
+//!
+//! Rows and columns are scaled by powers of two first, so that units do not matter. An answer is refined once, and counts only if it solves the
+//! system; a matrix whose condition number leaves no digit is called singular.
+
+use faer::linalg::solvers::Solve;
+use faer::sparse::linalg::solvers::{Llt, Lu, SymbolicLlt, SymbolicLu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{MatMut, Side};
+
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::parallel;
+
+/// Condition numbers beyond this leave no digit.
+const LARGEST_CONDITION: f64 = 1e15;
+/// Differences of entries below this fraction of the larger are rounding.
+const ROUNDING: f64 = 1e-12;
+/// A backward error beyond this is no solution.
+const LARGEST_ERROR: f64 = 1e-8;
+
+/// A factored matrix.
+pub struct General {
+    /// By rows, scaled.
+    starts: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+    /// Powers of two by which rows and columns are multiplied.
+    scales: Vec<f64>,
+    factor: Factor,
+}
+
+enum Factor {
+    Cholesky(Llt<usize, f64>),
+    /// Of the transpose: the rows here are its columns.
+    Gauss(Lu<usize, f64>),
+}
+
+fn refuse(what: impl Into<String>) -> Error {
+    Error::Solver {
+        what: what.into(),
+        remedy: "fix what the equations leave free".into(),
+    }
+}
+
+impl General {
+    /// Factors a matrix given by its rows, whose columns ascend.
+    ///
+    /// # Errors
+    /// A matrix that is singular, or memory that is not there.
+    pub fn new(rows: Vec<Vec<(usize, f64)>>) -> Result<Self> {
+        let n = rows.len();
+        let mut largest = vec![0.0_f64; n];
+        for (i, row) in rows.iter().enumerate() {
+            for (j, value) in row {
+                largest[i] = largest[i].max(value.abs());
+                largest[*j] = largest[*j].max(value.abs());
+            }
+        }
+        if let Some(k) = largest.iter().position(|x| *x == 0.0) {
+            return Err(refuse(format!("the matrix is singular: equation {k} of {n} is empty")));
+        }
+        // Even powers, so that the diagonal is near 1.
+        let scales: Vec<f64> = largest.iter().map(|x| (-0.5 * x.log2()).round().exp2()).collect();
+        let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+        for (i, row) in rows.into_iter().enumerate() {
+            for (j, value) in row {
+                columns.push(j);
+                values.push(value * scales[i] * scales[j]);
+            }
+            starts.push(columns.len());
+        }
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &columns);
+        let matrix = SparseColMatRef::new(pattern, &values);
+        let is_symmetric = is_symmetric(&starts, &columns, &values);
+        let cholesky = is_symmetric.then(|| {
+            let symbolic = SymbolicLlt::try_new(pattern, Side::Lower).ok()?;
+            Llt::try_new_with_symbolic(symbolic, matrix, Side::Lower).ok()
+        });
+        let factor = match cholesky.flatten() {
+            Some(factor) => Factor::Cholesky(factor),
+            None => {
+                let symbolic = SymbolicLu::try_new(pattern)
+                    .map_err(|e| refuse(format!("the factors cannot be laid out: {e:?}")))?;
+                let factor = Lu::try_new_with_symbolic(symbolic, matrix)
+                    .map_err(|e| refuse(format!("the matrix is singular: {e:?}")))?;
+                Factor::Gauss(factor)
+            }
+        };
+        let general = General { starts, columns, values, scales, factor };
+        general.check_condition()?;
+        Ok(general)
+    }
+
+    /// Solves once for a right-hand side without a pattern: its solution is as large as the inverse, but for bad luck.
+    fn check_condition(&self) -> Result<()> {
+        let n = self.scales.len();
+        let mut x: Vec<f64> = (0..n).map(|k| ((k as f64 + 1.0) * 0.754_877_666).fract() - 0.5).collect();
+        let size = largest(&x);
+        self.apply(&mut x);
+        let norm = (0..n)
+            .map(|i| self.row(i).map(|(_, a)| a.abs()).sum::<f64>())
+            .fold(0.0, f64::max);
+        let condition = norm * largest(&x) / size;
+        match condition < LARGEST_CONDITION {
+            true => Ok(()),
+            false => Err(refuse("the matrix is singular to working precision")),
+        }
+    }
+
+    fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+        let range = self.starts[i]..self.starts[i + 1];
+        let columns = self.columns[range.clone()].iter().copied();
+        columns.zip(self.values[range].iter().copied())
+    }
+
+    /// The scaled system, in place.
+    fn apply(&self, x: &mut [f64]) {
+        let n = x.len();
+        let x = MatMut::from_column_major_slice_mut(x, n, 1);
+        match &self.factor {
+            Factor::Cholesky(factor) => factor.solve_in_place(x),
+            Factor::Gauss(factor) => factor.solve_transpose_in_place(x),
+        }
+    }
+
+    /// Solves A x = b.
+    ///
+    /// # Errors
+    /// A solution that does not solve, as where the matrix is singular.
+    pub fn solve(&self, b: &[f64]) -> Result<Vec<f64>> {
+        let b: Vec<f64> = b.iter().zip(&self.scales).map(|(b, s)| b * s).collect();
+        let mut x = b.clone();
+        self.apply(&mut x);
+        let residual = |x: &[f64]| {
+            parallel::collect(x.len(), |i| {
+                let (mut sum, mut size) = (b[i], b[i].abs());
+                for (j, a) in self.row(i) {
+                    sum -= a * x[j];
+                    size += (a * x[j]).abs();
+                }
+                [sum, size]
+            })
+        };
+        let mut correction: Vec<f64> = residual(&x).iter().map(|r| r[0]).collect();
+        self.apply(&mut correction);
+        x.iter_mut().zip(&correction).for_each(|(x, d)| *x += d);
+        let left = residual(&x);
+        let [error, size] = [0, 1].map(|k| left.iter().fold(0.0_f64, |most, r| most.max(r[k].abs())));
+        if !(error <= LARGEST_ERROR * size) {
+            return Err(refuse("the matrix is singular: what solves it does not"));
+        }
+        Ok(x.iter().zip(&self.scales).map(|(x, s)| x * s).collect())
+    }
+
+    /// Is it factored as symmetric and positive definite?
+    pub fn is_definite(&self) -> bool {
+        matches!(self.factor, Factor::Cholesky(_))
+    }
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
+}
+
+/// Is every a_ij = a_ji up to rounding, with a positive diagonal?
+fn is_symmetric(starts: &[usize], columns: &[usize], values: &[f64]) -> bool {
+    let n = starts.len() - 1;
+    let at = |i: usize, j: usize| {
+        let row = starts[i]..starts[i + 1];
+        let found = columns[row.clone()].binary_search(&j).ok()?;
+        Some(values[row.start + found])
+    };
+    let is_row = |i: usize| {
+        let is_diagonal = at(i, i).is_some_and(|a| a > 0.0);
+        is_diagonal
+            && (starts[i]..starts[i + 1]).all(|k| {
+                let (j, a) = (columns[k], values[k]);
+                j <= i || at(j, i).is_some_and(|b| (a - b).abs() <= ROUNDING * (1.0 + a.abs().max(b.abs())))
+            })
+    };
+    // Entries below the diagonal that have no partner above it are counted.
+    let (mut below, mut above) = (0, 0);
+    for i in 0..n {
+        for j in &columns[starts[i]..starts[i + 1]] {
+            below += usize::from(*j < i);
+            above += usize::from(*j > i);
+        }
+    }
+    below == above && parallel::collect(n, is_row).into_iter().all(|is| is)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (A x)_i of a tridiagonal matrix, whose solution is known.
+    fn rows(n: usize, lower: f64, upper: f64, shift: f64) -> Vec<Vec<(usize, f64)>> {
+        let row = |i: usize| {
+            let mut row = Vec::new();
+            if i > 0 {
+                row.push((i - 1, lower));
+            }
+            row.push((i, 2.0 + shift));
+            if i + 1 < n {
+                row.push((i + 1, upper));
+            }
+            row
+        };
+        (0..n).map(row).collect()
+    }
+
+    #[test]
+    fn symmetric_or_not_systems_are_solved() {
+        for (lower, upper) in [(-1.0, -1.0), (-1.5, -0.5), (3.0, 3.0)] {
+            let x: Vec<f64> = (0..50).map(|k| f64::from(k).sin()).collect();
+            let rows = rows(50, lower, upper, 0.25);
+            let b: Vec<f64> = rows.iter().map(|r| r.iter().map(|(j, a)| a * x[*j]).sum()).collect();
+            let factor = General::new(rows).unwrap();
+            assert_eq!(factor.is_definite(), lower == -1.0);
+            for (x, y) in x.iter().zip(factor.solve(&b).unwrap()) {
+                assert!((x - y).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn singular_matrices_are_refused() {
+        // Rows that sum to 0.
+        let mut free = rows(40, -1.0, -1.0, 0.0);
+        (free[0][0].1, free[39][1].1) = (1.0, 1.0);
+        assert!(General::new(free).is_err());
+        let mut skew = rows(40, -1.5, -0.5, 0.0);
+        (skew[0][0].1, skew[39][1].1) = (0.5, 1.5);
+        assert!(General::new(skew).is_err());
+        assert!(General::new(vec![vec![(0, 1.0)], vec![]]).is_err());
+    }
+}

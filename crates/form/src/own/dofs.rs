@@ -1,0 +1,290 @@
+//! The degrees of freedom of all unknowns on a mesh, and the pattern of matrices.
+//!
+//! Components of a vector share their nodes: a node has one dof, or one for each component. Nodes are numbered in the order in which cells
+//! come to them, those of all unknowns together, so that what is near in the mesh is near in memory.
+
+use std::collections::HashMap;
+
+use faceoff_mesh::mesh::{Triangulation, local_edges};
+use faceoff_mesh::parallel;
+
+use super::element::{Shape, carriers};
+use crate::problem::{Element, Problem};
+
+/// No node so far.
+const NONE: u32 = u32::MAX;
+
+/// What carries a node of an unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Carrier {
+    /// A vertex.
+    Vertex(u32),
+    /// An edge, and which of its nodes, counted from the vertex with the smaller number.
+    Edge(u32, u8),
+    /// A facet of a cell: an edge of a triangle, a triangle of a tetrahedron.
+    Facet(u32),
+    /// The inside of a cell, and which of its nodes.
+    Cell(u32, u8),
+}
+
+/// The dofs.
+#[derive(Debug)]
+pub struct Dofs {
+    /// The nodes of each cell, by unknown: as many for each cell as the basis has functions.
+    pub cell_nodes: Vec<Vec<u32>>,
+    /// Basis functions of a cell, by unknown.
+    pub counts: Vec<usize>,
+    /// The first dof of each node, and the number of dofs at the end.
+    pub first: Vec<u32>,
+    /// The unknown of each node.
+    pub unknown: Vec<u32>,
+    /// The edges of cells, by `local_edges`.
+    pub cell_edges: Vec<u32>,
+}
+
+impl Dofs {
+    /// Numbers the nodes of all unknowns.
+    pub fn new(problem: &Problem, mesh: &Triangulation) -> Self {
+        let dim = mesh.dim;
+        let is_edged = |e: Element| matches!(e, Element::Continuous(2..) | Element::Nedelec);
+        let cell_edges = match problem.unknowns.iter().any(|u| is_edged(u.space.element)) {
+            true => mesh.edges().1,
+            false => Vec::new(),
+        };
+        let all: Vec<Vec<Local>> = problem
+            .unknowns
+            .iter()
+            .map(|u| locals(u.space.element, dim))
+            .collect();
+        let counts: Vec<usize> = all.iter().map(Vec::len).collect();
+        let mut numbers: Vec<HashMap<Carrier, u32>> = vec![HashMap::new(); counts.len()];
+        let mut dofs = Dofs {
+            cell_nodes: counts.iter().map(|n| Vec::with_capacity(n * mesh.cell_count())).collect(),
+            counts,
+            first: vec![0],
+            unknown: Vec::new(),
+            cell_edges,
+        };
+        let mut vertices: Vec<Vec<u32>> = vec![vec![NONE; mesh.points.len()]; all.len()];
+        for cell in 0..mesh.cell_count() {
+            for (k, locals) in all.iter().enumerate() {
+                let space = problem.unknowns[k].space;
+                let size = if space.element.is_vector() { 1 } else { space.count() } as u32;
+                for local in locals {
+                    let carrier = dofs.carrier(mesh, cell, *local);
+                    let place = match carrier {
+                        Carrier::Vertex(vertex) => &mut vertices[k][vertex as usize],
+                        // Nobody else has it.
+                        Carrier::Cell(..) => &mut { NONE },
+                        _ => numbers[k].entry(carrier).or_insert(NONE),
+                    };
+                    if *place == NONE {
+                        *place = dofs.unknown.len() as u32;
+                        dofs.unknown.push(k as u32);
+                        let next = dofs.first[dofs.first.len() - 1] + size;
+                        dofs.first.push(next);
+                    }
+                    dofs.cell_nodes[k].push(*place);
+                }
+            }
+        }
+        dofs
+    }
+
+    fn carrier(&self, mesh: &Triangulation, cell: usize, local: Local) -> Carrier {
+        let vertices = mesh.cell(cell);
+        match local {
+            Local::Vertex(i) => Carrier::Vertex(vertices[i]),
+            Local::Edge([a, b], nearer_to_b, n) => {
+                let edges = local_edges(mesh.dim);
+                let is_it = |edge: &[usize; 2]| *edge == [a.min(b), a.max(b)];
+                let edge = edges.iter().position(is_it).unwrap_or(0);
+                let edge = self.cell_edges[edges.len() * cell + edge];
+                let from_a = if nearer_to_b { 1 } else { 0 };
+                let is_turned = n > 1 && vertices[a] > vertices[b];
+                Carrier::Edge(edge, if is_turned { 1 - from_a } else { from_a })
+            }
+            Local::Facet(i) => Carrier::Facet(mesh.cell_faces(cell)[i]),
+            Local::Cell(i) => Carrier::Cell(cell as u32, i),
+        }
+    }
+
+    /// The number of dofs.
+    pub fn count(&self) -> usize {
+        self.first[self.first.len() - 1] as usize
+    }
+
+    /// The number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.unknown.len()
+    }
+
+    /// The dofs of a node.
+    pub fn of_node(&self, node: u32) -> std::ops::Range<usize> {
+        self.first[node as usize] as usize..self.first[node as usize + 1] as usize
+    }
+
+    /// The nodes of an unknown in a cell.
+    pub fn of_cell(&self, unknown: usize, cell: usize) -> &[u32] {
+        let count = self.counts[unknown];
+        &self.cell_nodes[unknown][count * cell..count * (cell + 1)]
+    }
+}
+
+/// Where a basis function of a cell has its node.
+#[derive(Debug, Clone, Copy)]
+enum Local {
+    Vertex(usize),
+    /// Between two vertices, the first before the second; nearer to the second; of how many.
+    Edge([usize; 2], bool, usize),
+    Facet(usize),
+    Cell(u8),
+}
+
+fn locals(element: Element, dim: usize) -> Vec<Local> {
+    match element {
+        Element::Broken(degree) => {
+            let count = Shape::Lagrange(degree).count(dim) as u8;
+            (0..count).map(Local::Cell).collect()
+        }
+        Element::CrouzeixRaviart | Element::RaviartThomas => (0..=dim).map(Local::Facet).collect(),
+        Element::Nedelec => {
+            let edges = carriers(element, dim).into_iter();
+            edges.map(|edge| Local::Edge(edge, false, 1)).collect()
+        }
+        Element::Continuous(degree) => {
+            let lattice = Shape::Lagrange(degree).lattice(dim).into_iter();
+            let local = |node: [u8; 4]| {
+                let on: Vec<usize> = (0..=dim).filter(|i| node[*i] > 0).collect();
+                match on[..] {
+                    [i] => Local::Vertex(i),
+                    [a, b] => Local::Edge([a, b], node[b] > node[a], usize::from(degree) - 1),
+                    _ if dim == 2 => Local::Cell(0),
+                    _ => Local::Facet((0..=dim).find(|i| node[*i] == 0).unwrap_or(0)),
+                }
+            };
+            lattice.map(local).collect()
+        }
+    }
+}
+
+/// Does the basis function of a cell belong to one of its facets, so that a value on the facet holds it?
+pub fn is_on_facet(element: Element, dim: usize, i: usize, facet: usize) -> bool {
+    match element {
+        Element::CrouzeixRaviart | Element::RaviartThomas => i == facet,
+        Element::Broken(degree) | Element::Continuous(degree) => {
+            Shape::of(element).lattice(dim)[i][facet] == 0 && degree > 0
+        }
+        Element::Nedelec => !carriers(element, dim)[i].contains(&facet),
+    }
+}
+
+/// Groups of nodes that a kind of integral couples: the nodes of a cell, or of both cells of a facet.
+#[derive(Debug)]
+pub struct Coupling {
+    /// Of all groups in turn.
+    pub nodes: Vec<u32>,
+    /// Nodes of a group.
+    pub size: usize,
+    /// For the unknowns of a row's and a column's node.
+    pub coupled: Vec<Vec<bool>>,
+}
+
+/// The pattern of a matrix by nodes: which nodes are coupled to each node.
+#[derive(Debug, Default)]
+pub struct Pattern {
+    /// Where the coupled nodes of each node begin, and their number at the end.
+    pub starts: Vec<usize>,
+    /// Ascending for each node.
+    pub nodes: Vec<u32>,
+    /// For each of them the columns before it in the row.
+    columns: Vec<u32>,
+    /// Columns of the rows of each node.
+    pub widths: Vec<u32>,
+    /// Where the values of the first row of each node begin, and their number at the end.
+    pub rows: Vec<usize>,
+}
+
+impl Pattern {
+    /// From what is coupled; a node is always coupled with itself.
+    pub fn new(dofs: &Dofs, all: &[Coupling]) -> Self {
+        // The groups of each node, by the place where they begin.
+        let places = all.iter().map(|coupling| {
+            let mut starts = vec![0_usize; dofs.nodes() + 1];
+            let nodes = || coupling.nodes.iter().enumerate();
+            nodes().for_each(|(_, node)| starts[*node as usize + 1] += 1);
+            for k in 0..dofs.nodes() {
+                starts[k + 1] += starts[k];
+            }
+            let mut next = starts.clone();
+            let mut found = vec![0_u32; coupling.nodes.len()];
+            for (k, node) in nodes() {
+                found[next[*node as usize]] = (k / coupling.size * coupling.size) as u32;
+                next[*node as usize] += 1;
+            }
+            (starts, found)
+        });
+        let places: Vec<_> = places.collect();
+        let rows = |range: std::ops::Range<usize>| {
+            let mut found = Vec::with_capacity(range.len());
+            for node in range {
+                let mut others = vec![node as u32];
+                for (coupling, (starts, places)) in all.iter().zip(&places) {
+                    let own = &coupling.coupled[dofs.unknown[node] as usize];
+                    for at in &places[starts[node]..starts[node + 1]] {
+                        let at = *at as usize;
+                        let nodes = coupling.nodes[at..at + coupling.size].iter();
+                        others.extend(nodes.filter(|k| own[dofs.unknown[**k as usize] as usize]));
+                    }
+                }
+                others.sort_unstable();
+                others.dedup();
+                found.push(others);
+            }
+            found
+        };
+        let count = dofs.nodes();
+        let found = parallel::chunks(count, parallel::share(count), rows);
+        let mut pattern = Pattern {
+            starts: vec![0],
+            nodes: Vec::with_capacity(found.iter().map(Vec::len).sum()),
+            rows: vec![0],
+            ..Pattern::default()
+        };
+        let mut values = 0;
+        for (node, others) in found.iter().enumerate() {
+            let mut width = 0;
+            for other in others {
+                pattern.nodes.push(*other);
+                pattern.columns.push(width);
+                width += dofs.of_node(*other).len() as u32;
+            }
+            values += width as usize * dofs.of_node(node as u32).len();
+            pattern.starts.push(pattern.nodes.len());
+            pattern.widths.push(width);
+            pattern.rows.push(values);
+        }
+        pattern
+    }
+
+    /// Calls `with` with each dof's row, its columns in ascending order, and where its values begin.
+    pub fn for_rows(&self, dofs: &Dofs, mut with: impl FnMut(usize, &[u32], usize)) {
+        let mut columns = Vec::new();
+        for node in 0..dofs.nodes() {
+            columns.clear();
+            for other in &self.nodes[self.starts[node]..self.starts[node + 1]] {
+                columns.extend(dofs.of_node(*other).map(|dof| dof as u32));
+            }
+            for (k, dof) in dofs.of_node(node as u32).enumerate() {
+                with(dof, &columns, self.rows[node] + k * columns.len());
+            }
+        }
+    }
+
+    /// The columns before those of `other` in the rows of `node`; none where the two are not coupled.
+    pub fn find(&self, node: u32, other: u32) -> Option<usize> {
+        let range = self.starts[node as usize]..self.starts[node as usize + 1];
+        let found = self.nodes[range.clone()].binary_search(&other).ok()?;
+        Some(self.columns[range.start + found] as usize)
+    }
+}
