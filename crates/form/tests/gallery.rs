@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use faceoff_form::Problem;
+use faceoff_form::{Problem, own};
 use faceoff_form::codes::{CODES, Code};
 use faceoff_mesh::mesh::generate::{union_cube, union_jack};
-use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
+use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Group, Mesh};
 
 /// Largest difference of two codes, over the largest value.
 const TOLERANCE: f64 = 1e-11;
@@ -83,9 +83,20 @@ fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Values {
 
 fn values(path: &Path, problem: &Problem) -> Values {
     let mesh = faceoff_mesh::io::read(path).expect("a result");
+    values_of(&mesh, &mesh.fields, problem)
+}
+
+/// What our own solver gives.
+fn ours(problem: &Problem, mesh: &Mesh) -> Values {
+    let solution = own::solve(problem, mesh).unwrap_or_else(|e| panic!("{e}"));
+    let (mesh, fields) = own::output(&solution.assembler, &solution.u);
+    values_of(&mesh, &fields, problem)
+}
+
+fn values_of(mesh: &Mesh, fields: &[Field], problem: &Problem) -> Values {
     let mut all = Values::new();
     for unknown in &problem.unknowns {
-        let field = mesh.fields.iter().find(|field| field.name == unknown.name);
+        let field = fields.iter().find(|field| field.name == unknown.name);
         let field = field.unwrap_or_else(|| panic!("no {} in the result", unknown.name));
         let numbers = field.values.to_f64();
         let of = all.entry(unknown.name.clone()).or_default();
@@ -132,7 +143,7 @@ fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
     let problem =
         Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
     let mut lacking = Vec::new();
-    let mut results: Vec<(&str, Values)> = Vec::new();
+    let mut results: Vec<(&str, Values)> = vec![("rust", ours(&problem, mesh))];
     for code in &CODES {
         match code.script(&problem) {
             Err(why) => lacking.push((code.name, why)),
