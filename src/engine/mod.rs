@@ -42,7 +42,7 @@ pub use quoted::{quoted, typed};
 pub use recorded::{BASELINE, Baseline, record};
 pub use script::{Form, How, Left, Script, Task, Written, copy, fill};
 pub use version::doubt;
-pub use written::Source;
+pub use written::{Source, with};
 
 use faceoff_fem::contact::{Built, Ended, Iteration, Method, Problem, Solution, Stop};
 use faceoff_fem::linear::{self, Choice};

@@ -13,6 +13,18 @@ use faceoff_form::codes::Code;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::{file, io};
 
+/// A form with these values of its parameters.
+pub fn with(problem: &Problem, parameters: &BTreeMap<String, String>) -> Problem {
+    let mut problem = problem.clone();
+    for parameter in &mut problem.parameters {
+        let given = parameters.get(&parameter.name);
+        if let Some(value) = given.and_then(|text| text.parse().ok()) {
+            parameter.value = value;
+        }
+    }
+    problem
+}
+
 /// A script that a code's table of spellings makes of a form.
 #[derive(Debug, Clone)]
 pub struct Source {
@@ -61,14 +73,7 @@ impl Source {
 
     /// The script with these values of the parameters.
     fn text(&self, name: &str, parameters: &BTreeMap<String, String>) -> Result<String> {
-        let mut problem = self.problem.clone();
-        for parameter in &mut problem.parameters {
-            let given = parameters.get(&parameter.name);
-            if let Some(value) = given.and_then(|text| text.parse().ok()) {
-                parameter.value = value;
-            }
-        }
-        let script = self.code.script(&problem);
+        let script = self.code.script(&with(&self.problem, parameters));
         script.map_err(|what| Error::engine(name, what, "take another space or code"))
     }
 

@@ -7,14 +7,15 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::engine::{Engine, How, Left, NAMES, Script, Settings, Silent, Task};
+use crate::engine::{Engine, How, Left, NAMES, Script, Settings, Silent, Task, with};
 use crate::run::{Setup, function};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
+use faceoff_form::{Problem, own};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::Temporary;
 use faceoff_mesh::io::vtu;
-use faceoff_mesh::mesh::Triangulation;
+use faceoff_mesh::mesh::{Field, Mesh, Triangulation};
 
 /// Who answers.
 pub enum Code {
@@ -24,6 +25,14 @@ pub enum Code {
     Missing(Missing),
     /// An engine that solves a scene.
     Protocol(Box<Protocol>),
+    /// The solver of forms of this program.
+    Own(Box<Own>),
+}
+
+/// A form that is solved here.
+pub struct Own {
+    files: Script,
+    problem: Problem,
 }
 
 /// A code without an answer, and why.
@@ -56,6 +65,7 @@ impl Code {
             Code::Script(script) => script,
             Code::Missing(missing) => &missing.files,
             Code::Protocol(protocol) => &protocol.files,
+            Code::Own(own) => &own.files,
         }
     }
 
@@ -66,7 +76,8 @@ impl Code {
             Code::Script(Script {
                 source: Some(_), ..
             })
-            | Code::Missing(_) => None,
+            | Code::Missing(_)
+            | Code::Own(_) => None,
             Code::Script(script) => script.command.first().map(String::as_str),
             Code::Protocol(of) => Some(of.engine.name()).filter(|name| !NAMES.contains(name)),
         }
@@ -76,7 +87,7 @@ impl Code {
     pub fn takes_mesh(&self) -> bool {
         match self {
             Code::Script(script) => script.mesh.is_some(),
-            Code::Missing(_) | Code::Protocol(_) => true,
+            Code::Missing(_) | Code::Protocol(_) | Code::Own(_) => true,
         }
     }
 
@@ -106,6 +117,7 @@ impl Code {
             Code::Script(script) => script.run(task, how),
             Code::Missing(missing) => Err(missing.error()),
             Code::Protocol(protocol) => protocol.run(task, how),
+            Code::Own(own) => own.run(task, how),
         }
     }
 
@@ -129,6 +141,10 @@ impl Code {
                 "engine": of.engine.identity()?,
                 "scene": format!("{:?}", of.scene),
                 "method": of.method.to_string(),
+            })),
+            Code::Own(own) => Ok(json!({
+                "version": env!("CARGO_PKG_VERSION"),
+                "form": format!("{:?}", own.problem),
             })),
         }
     }
@@ -188,20 +204,43 @@ impl Protocol {
             let remedy = "verify its scene, which says more: faceoff verify SCENE";
             return Err(refuse("its iteration did not converge", remedy));
         }
-        let beside;
-        let folder = match &how.into {
-            Some(into) => {
-                std::fs::create_dir_all(into).map_err(Error::io(into, "make"))?;
-                into
-            }
-            None => {
-                beside = Temporary::new()?;
-                beside.path()
-            }
-        };
         let (mesh, field) = function::broken(&case.problem, "u", &answer.u);
-        let encoding = vtu::Encoding::Base64(vtu::Compressor::Zlib);
-        vtu::write(&folder.join(FIELD), &mesh, &[field], &[], encoding)?;
-        self.files.left(folder, seconds)
+        leave(&self.files, how, &mesh, &[field], seconds)
     }
+}
+
+impl Own {
+    /// Of a form, by the name that it has in the face-off.
+    pub fn new(files: Script, problem: Problem) -> Self {
+        Own { files, problem }
+    }
+
+    fn run(&self, task: &Task, how: &How) -> Result<Left> {
+        let mesh = task.mesh.ok_or_else(|| {
+            Error::engine(&self.files.name, "it has no mesh", "add [mesh] with a file or a generator")
+        })?;
+        let clock = Instant::now();
+        let solution = own::solve(&with(&self.problem, task.parameters), mesh)?;
+        let seconds = clock.elapsed().as_secs_f64();
+        let (mesh, fields) = own::output(&solution.assembler, &solution.u);
+        leave(&self.files, how, &mesh, &fields, seconds)
+    }
+}
+
+/// Writes the file of an answer that was found in this program, and reads it as those of other codes are read.
+fn leave(files: &Script, how: &How, mesh: &Mesh, fields: &[Field], seconds: f64) -> Result<Left> {
+    let beside;
+    let folder = match &how.into {
+        Some(into) => {
+            std::fs::create_dir_all(into).map_err(Error::io(into, "make"))?;
+            into
+        }
+        None => {
+            beside = Temporary::new()?;
+            beside.path()
+        }
+    };
+    let encoding = vtu::Encoding::Base64(vtu::Compressor::Zlib);
+    vtu::write(&folder.join(&files.results[0]), mesh, fields, &[], encoding)?;
+    files.left(folder, seconds)
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::Source;
-use super::code::{Code, Missing};
+use super::code::{Code, Missing, Own};
 use super::tables::Reader;
 use crate::engine::{self, Form, Script};
 use faceoff_form::Problem;
@@ -87,11 +87,15 @@ impl Reader {
     pub(super) fn written(&self, form: &Problem, codes: &mut toml::Table) -> Result<Vec<Code>> {
         let names: Vec<String> = match codes.remove("use") {
             Some(list) => self.table("codes.use", list)?,
-            None => CODES.iter().map(|code| code.name.to_owned()).collect(),
+            // An engine of that name takes its place.
+            None => spelled()
+                .filter(|name| *name != OWN || !codes.contains_key(OWN))
+                .map(str::to_owned)
+                .collect(),
         };
         let mut all = Vec::new();
         for name in names {
-            let code = Spelled::of_name(&name).ok_or_else(|| {
+            let refuse = || {
                 let remedy = format!(
                     "{}known are {}",
                     meant(&name, spelled()),
@@ -99,12 +103,16 @@ impl Reader {
                 );
                 let what = format!("no scripts are written for a code `{name}`");
                 self.refuse("codes.use", what, &remedy)
-            })?;
+            };
+            let code = match name.as_str() {
+                OWN => own(form),
+                _ => written(form, Spelled::of_name(&name).ok_or_else(refuse)?),
+            };
             if all.iter().any(|known: &Code| known.name() == name) {
                 let what = format!("{name} is there twice");
                 return Err(self.refuse("codes.use", what, "name it once"));
             }
-            all.push(written(form, code));
+            all.push(code);
         }
         Ok(all)
     }
@@ -141,9 +149,26 @@ impl Reader {
     }
 }
 
-/// The names of the codes that scripts are written for.
+/// The solver of this program, by the name that it has in files.
+const OWN: &str = "rust";
+
+/// The names of the codes that solve forms: our own, and those that scripts are written for.
 fn spelled() -> impl Iterator<Item = &'static str> {
-    CODES.iter().map(|code| code.name)
+    std::iter::once(OWN).chain(CODES.iter().map(|code| code.name))
+}
+
+/// Our own solver.
+fn own(form: &Problem) -> Code {
+    let files = Script {
+        name: OWN.to_owned(),
+        command: Vec::new(),
+        source: None,
+        home: ".".into(),
+        mesh: None,
+        results: vec![format!("{}.vtu", form.name)],
+        numbers: None,
+    };
+    Code::Own(Box::new(Own::new(files, form.clone())))
 }
 
 /// The code with its script, or why it has none.
