@@ -19,8 +19,7 @@ const CODES: [&str; 6] = [
 ];
 
 /// What most forms of the gallery use.
-const USE: &str =
-    "use = [\"freefem\", \"dolfinx\", \"scikit-fem\", \"ngsolve\", \"getfem\", \"nutils\"]";
+const USE: &str = "use = [\"rust\", \"freefem\", \"dolfinx\", \"scikit-fem\", \"ngsolve\", \"getfem\", \"nutils\"]";
 
 /// The program, where scikit-fem, NGSolve and nutils are in the first Python of the path.
 fn run(folder: &Path, words: &[&str]) -> Ran {
@@ -135,12 +134,12 @@ fn what_is_wrong_with_a_form_is_told_with_its_place_and_nothing_is_written() {
             "poisson.toml:12:8: there is no function `exq`",
         ),
         (
-            "use = [\"freefem\"",
+            "use = [\"rust\"",
             "use = [\"fenicsx\"",
             "no scripts are written for a code `fenicsx`",
         ),
         (
-            "use = [\"freefem\"",
+            "use = [\"rust\"",
             "use = [\"dolfinx\"",
             "dolfinx is there twice",
         ),
@@ -385,7 +384,7 @@ fn the_gallery_agrees_as_the_manual_says() {
     let is_whole = given("FACEOFF_WRITE") || given("FACEOFF_SCENES");
     let words: &[&str] = match is_whole {
         true => &[],
-        false => &["--engines", "freefem,dolfinx"],
+        false => &["--engines", "rust,freefem,dolfinx"],
     };
     let mut names: Vec<String> = fs::read_dir(source("examples/forms"))
         .unwrap()

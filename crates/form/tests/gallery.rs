@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use faceoff_form::{Problem, own};
 use faceoff_form::codes::{CODES, Code};
+use faceoff_form::{Problem, own};
 use faceoff_mesh::mesh::generate::{union_cube, union_jack};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Group, Mesh};
 
@@ -144,7 +144,13 @@ fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
         Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
     let mut lacking = Vec::new();
     let mut results: Vec<(&str, Values)> = vec![("rust", ours(&problem, mesh))];
-    for code in &CODES {
+    let chosen = std::env::var("FACEOFF_CODES").ok();
+    let is_chosen = |code: &&Code| {
+        chosen
+            .as_ref()
+            .is_none_or(|all| all.split(',').any(|name| name == code.name))
+    };
+    for code in CODES.iter().filter(is_chosen) {
         match code.script(&problem) {
             Err(why) => lacking.push((code.name, why)),
             Ok(script) => {
@@ -571,13 +577,35 @@ const VECTOR: &[&str] = &[
     "0.1*dot(grad(f), u)*v[0]*dx",
 ];
 
+/// For vectors of Raviart and Thomas, or of Nédélec.
+const WHOLE: &[&str] = &[
+    "0.2*dot(dot(K, u), v)*dx",
+    "0.1*g*dot(v, n)*ds(right)",
+    "0.1*sqrt(1 + dot(u, u))*dot(b, v)*dx",
+    "0.1*max(dot(u, n), g)*dot(v, n)*ds(right)",
+    "0.1*dot(jump(u), jump(v))*dS",
+    "0.1*inner(grad(u), grad(v))*dx",
+    "0.1*dot(dot(grad(u), b), v)*dx",
+    "0.1*u[0]*u[1]*dot(b, v)*dx",
+    "0.1*h*div(u)*div(v)*dx",
+    "0.1*exp(-dot(u, u))*curl(u)*curl(v)*dx",
+];
+
 /// A form that has one solution near 0, with some terms at random.
 fn random_form(random: &mut Random) -> String {
-    let element = random.of(&["P1", "P1", "P2", "P2", "CR", "DG1", "P3", "DG2"]);
-    let is_vector = random.is(40);
-    let is_broken = element.starts_with("DG");
+    let element = random.of(&[
+        "P1", "P1", "P2", "P2", "CR", "DG1", "P3", "DG2", "P0", "RT0", "N1curl",
+    ]);
+    let is_whole = element == "RT0" || element == "N1curl";
+    let is_vector = !is_whole && random.is(40);
+    let is_broken = element.starts_with("DG") || element == "P0";
     let space = format!("{element}{}", if is_vector { "^2" } else { "" });
     let (mut terms, all, load) = match is_vector {
+        _ if is_whole => (
+            vec!["(1 + a^2)*div(u)*div(v)*dx + curl(u)*curl(v)*dx + dot(u, v)*dx".to_owned()],
+            WHOLE,
+            "dot(b, v)*f*dx",
+        ),
         true => (
             vec!["inner((1 + a^2)*sym(grad(u)), sym(grad(v)))*dx + dot(u, v)*dx".to_owned()],
             VECTOR,
@@ -624,7 +652,7 @@ fn random_form(random: &mut Random) -> String {
         for group in ["left", "top", "bottom"] {
             if random.is(50) {
                 let [p, q] = [0; 2].map(|_| datum(random, 1));
-                s += &match (is_vector, random.is(50)) {
+                s += &match (is_vector || is_whole, random.is(50) && !is_whole) {
                     (false, _) => format!("{group} = \"{p}\"\n"),
                     (true, true) => format!("{group} = [\"{p}\", \"free\"]\n"),
                     (true, false) => format!("{group} = [\"0.1*({p})\", \"0.1*({q})\"]\n"),
@@ -635,7 +663,7 @@ fn random_form(random: &mut Random) -> String {
     s
 }
 
-/// Random forms; `FACEOFF_SCENES` asks for more of them.
+/// Random forms; `FACEOFF_SCENES` asks for more of them, and `FACEOFF_CODES` for some codes only.
 #[test]
 fn random_forms() {
     let number = |name: &str, usual: u64| {

@@ -217,7 +217,11 @@ impl Own {
 
     fn run(&self, task: &Task, how: &How) -> Result<Left> {
         let mesh = task.mesh.ok_or_else(|| {
-            Error::engine(&self.files.name, "it has no mesh", "add [mesh] with a file or a generator")
+            Error::engine(
+                &self.files.name,
+                "it has no mesh",
+                "add [mesh] with a file or a generator",
+            )
         })?;
         let clock = Instant::now();
         let solution = own::solve(&with(&self.problem, task.parameters), mesh)?;

@@ -57,10 +57,15 @@ impl General {
             }
         }
         if let Some(k) = largest.iter().position(|x| *x == 0.0) {
-            return Err(refuse(format!("the matrix is singular: equation {k} of {n} is empty")));
+            return Err(refuse(format!(
+                "the matrix is singular: equation {k} of {n} is empty"
+            )));
         }
         // Even powers, so that the diagonal is near 1.
-        let scales: Vec<f64> = largest.iter().map(|x| (-0.5 * x.log2()).round().exp2()).collect();
+        let scales: Vec<f64> = largest
+            .iter()
+            .map(|x| (-0.5 * x.log2()).round().exp2())
+            .collect();
         let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
         for (i, row) in rows.into_iter().enumerate() {
             for (j, value) in row {
@@ -86,7 +91,13 @@ impl General {
                 Factor::Gauss(factor)
             }
         };
-        let general = General { starts, columns, values, scales, factor };
+        let general = General {
+            starts,
+            columns,
+            values,
+            scales,
+            factor,
+        };
         general.check_condition()?;
         Ok(general)
     }
@@ -94,7 +105,9 @@ impl General {
     /// Solves once for a right-hand side without a pattern: its solution is as large as the inverse, but for bad luck.
     fn check_condition(&self) -> Result<()> {
         let n = self.scales.len();
-        let mut x: Vec<f64> = (0..n).map(|k| ((k as f64 + 1.0) * 0.754_877_666).fract() - 0.5).collect();
+        let mut x: Vec<f64> = (0..n)
+            .map(|k| ((k as f64 + 1.0) * 0.754_877_666).fract() - 0.5)
+            .collect();
         let size = largest(&x);
         self.apply(&mut x);
         let norm = (0..n)
@@ -145,7 +158,8 @@ impl General {
         self.apply(&mut correction);
         x.iter_mut().zip(&correction).for_each(|(x, d)| *x += d);
         let left = residual(&x);
-        let [error, size] = [0, 1].map(|k| left.iter().fold(0.0_f64, |most, r| most.max(r[k].abs())));
+        let [error, size] =
+            [0, 1].map(|k| left.iter().fold(0.0_f64, |most, r| most.max(r[k].abs())));
         if !(error <= LARGEST_ERROR * size) {
             return Err(refuse("the matrix is singular: what solves it does not"));
         }
@@ -159,7 +173,8 @@ impl General {
 }
 
 fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
+    v.iter()
+        .fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
 }
 
 /// Is every a_ij = a_ji up to rounding, with a positive diagonal?
@@ -175,7 +190,9 @@ fn is_symmetric(starts: &[usize], columns: &[usize], values: &[f64]) -> bool {
         is_diagonal
             && (starts[i]..starts[i + 1]).all(|k| {
                 let (j, a) = (columns[k], values[k]);
-                j <= i || at(j, i).is_some_and(|b| (a - b).abs() <= ROUNDING * (1.0 + a.abs().max(b.abs())))
+                j <= i
+                    || at(j, i)
+                        .is_some_and(|b| (a - b).abs() <= ROUNDING * (1.0 + a.abs().max(b.abs())))
             })
     };
     // Entries below the diagonal that have no partner above it are counted.
@@ -214,7 +231,10 @@ mod tests {
         for (lower, upper) in [(-1.0, -1.0), (-1.5, -0.5), (3.0, 3.0)] {
             let x: Vec<f64> = (0..50).map(|k| f64::from(k).sin()).collect();
             let rows = rows(50, lower, upper, 0.25);
-            let b: Vec<f64> = rows.iter().map(|r| r.iter().map(|(j, a)| a * x[*j]).sum()).collect();
+            let b: Vec<f64> = rows
+                .iter()
+                .map(|r| r.iter().map(|(j, a)| a * x[*j]).sum())
+                .collect();
             let factor = General::new(rows).unwrap();
             assert_eq!(factor.is_definite(), lower == -1.0);
             for (x, y) in x.iter().zip(factor.solve(&b).unwrap()) {

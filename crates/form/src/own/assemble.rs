@@ -69,14 +69,23 @@ impl Assembler {
     ///
     /// # Errors
     /// A mesh on which nothing can be solved.
-    pub fn of(problem: &Problem, source: &Mesh, integrals: &[Integral], is_matrix: bool) -> Result<Self> {
+    pub fn of(
+        problem: &Problem,
+        source: &Mesh,
+        integrals: &[Integral],
+        is_matrix: bool,
+    ) -> Result<Self> {
         let mut problem = problem.clone();
         let mesh = Triangulation::new(&problem.name, source)?;
         let dofs = Dofs::new(&problem, &mesh);
         let works: Vec<Work> = integrals
             .iter()
             .map(|integral| {
-                let by = if is_matrix { problem.derivative(integral) } else { Bilinear::new() };
+                let by = if is_matrix {
+                    problem.derivative(integral)
+                } else {
+                    Bilinear::new()
+                };
                 Work::new(&mut problem, &mesh, source, integral, by)
             })
             .collect();
@@ -84,7 +93,14 @@ impl Assembler {
             true => Pattern::new(&dofs, &couplings(&problem, &dofs, &works)),
             false => Pattern::default(),
         };
-        let mut assembler = Assembler { problem, mesh, dofs, pattern, works, parts: Vec::new() };
+        let mut assembler = Assembler {
+            problem,
+            mesh,
+            dofs,
+            pattern,
+            works,
+            parts: Vec::new(),
+        };
         assembler.parts = assembler.divide(parallel::threads());
         Ok(assembler)
     }
@@ -97,7 +113,11 @@ impl Assembler {
             let range = first..nodes.min(first + size);
             let touches = |entity: &&Entity| {
                 let cells = entity.cells;
-                let both = if cells[0] == cells[1] { &cells[..1] } else { &cells[..] };
+                let both = if cells[0] == cells[1] {
+                    &cells[..1]
+                } else {
+                    &cells[..]
+                };
                 both.iter().any(|cell| {
                     let unknowns = 0..self.dofs.counts.len();
                     let mut all = unknowns.flat_map(|k| self.dofs.of_cell(k, *cell as usize));
@@ -111,31 +131,81 @@ impl Assembler {
 
     /// The sums at a state.
     pub fn assemble(&self, state: State, wanted: Wanted) -> System {
+        self.sums(state, wanted, |_| true)
+    }
+
+    /// The sums of one integral.
+    pub fn assemble_only(&self, integral: usize, state: State, wanted: Wanted) -> System {
+        self.sums(state, wanted, |k| k == integral)
+    }
+
+    fn sums(
+        &self,
+        state: State,
+        wanted: Wanted,
+        is_wanted: impl Fn(usize) -> bool + Sync,
+    ) -> System {
         let is_matrix = wanted == Wanted::Both;
         let mut system = System {
             residual: vec![0.0; self.dofs.count()],
-            matrix: vec![0.0; if is_matrix { self.pattern.rows[self.dofs.nodes()] } else { 0 }],
-            sizes: vec![0.0; if wanted == Wanted::Sizes { self.dofs.count() } else { 0 }],
+            matrix: vec![
+                0.0;
+                if is_matrix {
+                    self.pattern.rows[self.dofs.nodes()]
+                } else {
+                    0
+                }
+            ],
+            sizes: vec![
+                0.0;
+                if wanted == Wanted::Sizes {
+                    self.dofs.count()
+                } else {
+                    0
+                }
+            ],
         };
-        let dofs_end = |(range, _): &(std::ops::Range<usize>, _)| self.dofs.first[range.end] as usize;
+        let dofs_end =
+            |(range, _): &(std::ops::Range<usize>, _)| self.dofs.first[range.end] as usize;
         let residuals = split(&mut system.residual, self.parts.iter().map(dofs_end));
-        let sizes = split(&mut system.sizes, self.parts.iter().map(|part| match wanted {
-            Wanted::Sizes => dofs_end(part),
-            _ => 0,
-        }));
-        let matrices = split(&mut system.matrix, self.parts.iter().map(|(range, _)| match is_matrix {
-            true => self.pattern.rows[range.end],
-            false => 0,
-        }));
+        let sizes = split(
+            &mut system.sizes,
+            self.parts.iter().map(|part| match wanted {
+                Wanted::Sizes => dofs_end(part),
+                _ => 0,
+            }),
+        );
+        let matrices = split(
+            &mut system.matrix,
+            self.parts.iter().map(|(range, _)| match is_matrix {
+                true => self.pattern.rows[range.end],
+                false => 0,
+            }),
+        );
         let tasks = self.parts.iter().zip(residuals).zip(sizes).zip(matrices);
         parallel::map(tasks, |((((range, entities), residual), sizes), matrix)| {
-            let mut own = Own { range: range.clone(), residual, sizes, matrix };
+            let mut own = Own {
+                range: range.clone(),
+                residual,
+                sizes,
+                matrix,
+            };
             let mut scratch = Scratch::default();
-            for (work, entities) in self.works.iter().zip(entities) {
+            let works = self.works.iter().zip(entities).enumerate();
+            for (_, (work, entities)) in works.filter(|(k, _)| is_wanted(*k)) {
                 let room = ROOM / (work.size * work.size).max(1);
                 let most = (room / 8 * 8).clamp(8, MOST);
-                for entities in entities.chunk_by(|a, b| a.places == b.places).flat_map(|run| run.chunks(most)) {
-                    let batch = Batch { problem: &self.problem, mesh: &self.mesh, dofs: &self.dofs, work, entities };
+                for entities in entities
+                    .chunk_by(|a, b| a.places == b.places)
+                    .flat_map(|run| run.chunks(most))
+                {
+                    let batch = Batch {
+                        problem: &self.problem,
+                        mesh: &self.mesh,
+                        dofs: &self.dofs,
+                        work,
+                        entities,
+                    };
                     batch.run(state, &mut scratch, is_matrix);
                     self.scatter(&batch, &scratch, &mut own);
                 }
@@ -148,11 +218,19 @@ impl Assembler {
         let (n, size, dofs) = (batch.entities.len(), batch.work.size, &self.dofs);
         let (first_dof, first_value) = match own.range.start {
             0 => (0, 0),
-            start => (dofs.first[start] as usize, self.pattern.rows.get(start).copied().unwrap_or(0)),
+            start => (
+                dofs.first[start] as usize,
+                self.pattern.rows.get(start).copied().unwrap_or(0),
+            ),
         };
         let (is_sized, is_matrix) = (!own.sizes.is_empty(), !own.matrix.is_empty());
         // The unknowns of each side: where their functions begin, and how far apart components are.
-        let groups: Vec<_> = batch.work.blocks.iter().filter(|block| block.component == 0).collect();
+        let groups: Vec<_> = batch
+            .work
+            .blocks
+            .iter()
+            .filter(|block| block.component == 0)
+            .collect();
         for (c, entity) in batch.entities.iter().enumerate() {
             for row in &groups {
                 let nodes = dofs.of_cell(row.unknown, entity.cells[row.side] as usize);
@@ -174,7 +252,8 @@ impl Assembler {
                     let start = self.pattern.rows[*node as usize] - first_value;
                     let width = self.pattern.widths[*node as usize] as usize;
                     for column in &groups {
-                        let others = dofs.of_cell(column.unknown, entity.cells[column.side] as usize);
+                        let others =
+                            dofs.of_cell(column.unknown, entity.cells[column.side] as usize);
                         for (j, other) in others.iter().enumerate() {
                             let Some(at) = self.pattern.find(*node, *other) else {
                                 continue;
@@ -182,7 +261,11 @@ impl Assembler {
                             for a in 0..of_node.len() {
                                 let from = (row.start + a * row.count + i) * size;
                                 let values = &mut own.matrix[start + a * width + at..];
-                                for (b, place) in values.iter_mut().enumerate().take(dofs.of_node(*other).len()) {
+                                for (b, place) in values
+                                    .iter_mut()
+                                    .enumerate()
+                                    .take(dofs.of_node(*other).len())
+                                {
                                     let to = column.start + b * column.count + j;
                                     *place += scratch.matrix[(from + to) * n + c];
                                 }
@@ -233,7 +316,9 @@ fn couplings(problem: &Problem, dofs: &Dofs, works: &[Work]) -> Vec<Coupling> {
         for entity in &work.entities {
             for side in 0..work.sides {
                 for k in 0..unknowns {
-                    coupling.nodes.extend(dofs.of_cell(k, entity.cells[side] as usize));
+                    coupling
+                        .nodes
+                        .extend(dofs.of_cell(k, entity.cells[side] as usize));
                 }
             }
         }

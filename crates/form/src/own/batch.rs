@@ -68,7 +68,12 @@ impl Batch<'_> {
         if is_matrix {
             self.matrix(scratch);
         }
-        if self.problem.unknowns.iter().any(|u| u.space.element.is_vector()) {
+        if self
+            .problem
+            .unknowns
+            .iter()
+            .any(|u| u.space.element.is_vector())
+        {
             self.whole(scratch, is_matrix);
         }
     }
@@ -78,14 +83,16 @@ impl Batch<'_> {
         s.geometry.clear();
         for side in 0..self.work.sides {
             let cells = self.entities.iter().map(|e| e.cells[side] as usize);
-            s.geometry.extend(cells.map(|cell| self.mesh.geometry(cell)));
+            s.geometry
+                .extend(cells.map(|cell| self.mesh.geometry(cell)));
         }
         let facet = self.work.placements[usize::from(self.entities[0].places[0])].facet;
         s.measure.clear();
-        s.measure.extend(s.geometry[..n].iter().map(|g| match self.work.domain {
-            Domain::Cells => g.measure(),
-            _ => g.face_measure(facet),
-        }));
+        s.measure
+            .extend(s.geometry[..n].iter().map(|g| match self.work.domain {
+                Domain::Cells => g.measure(),
+                _ => g.face_measure(facet),
+            }));
         s.slopes.clear();
         for side in s.geometry.chunks_exact(n) {
             for j in 1..=dim {
@@ -99,7 +106,10 @@ impl Batch<'_> {
             for side in s.geometry.chunks_exact(n) {
                 for (a, b) in pairs(dim) {
                     for (j, l) in pairs(dim) {
-                        s.bends.extend(side.iter().map(|g| g.gradients[j + 1][a] * g.gradients[l + 1][b]));
+                        s.bends.extend(
+                            side.iter()
+                                .map(|g| g.gradients[j + 1][a] * g.gradients[l + 1][b]),
+                        );
                     }
                 }
             }
@@ -112,7 +122,9 @@ impl Batch<'_> {
         for (node, slot) in &self.work.tape.ends {
             let mut fill = |of: &dyn Fn(usize) -> f64| {
                 let row = s.tape.row_mut(*slot, 0);
-                row.iter_mut().enumerate().for_each(|(c, value)| *value = of(c));
+                row.iter_mut()
+                    .enumerate()
+                    .for_each(|(c, value)| *value = of(c));
             };
             let of_side = |side: Side| if side == Side::Minus { n } else { 0 };
             match *node {
@@ -166,13 +178,19 @@ impl Batch<'_> {
                         let geometry = &s.geometry[side * n + c];
                         let value = values[self.dofs.first[*node as usize] as usize]
                             * sign(self.mesh, cell, carrier);
-                        for (j, vector) in vectors(element, geometry, carrier).iter().enumerate().take(count) {
+                        for (j, vector) in vectors(element, geometry, carrier)
+                            .iter()
+                            .enumerate()
+                            .take(count)
+                        {
                             s.local[j * n + c] += value * vector[block.component];
                         }
                     }
                 }
             }
-            Given::Datum { datum, component, .. } => {
+            Given::Datum {
+                datum, component, ..
+            } => {
                 let nodal = &work.data[&datum];
                 nodal.tape.prepare(&mut s.nodal, n);
                 for (node, slot) in &nodal.tape.ends {
@@ -193,19 +211,29 @@ impl Batch<'_> {
                 }
                 nodal.tape.run(&mut s.nodal);
                 for i in 0..count {
-                    s.local.extend_from_slice(s.nodal.row(nodal.components[component], i));
+                    s.local
+                        .extend_from_slice(s.nodal.row(nodal.components[component], i));
                 }
             }
         }
         for (derivative, slot) in &needed.derivatives {
-            let points = if slot.varies { placement.points.len() } else { 1 };
+            let points = if slot.varies {
+                placement.points.len()
+            } else {
+                1
+            };
             let order = order(*derivative, dim);
             for q in 0..points {
                 s.tape.row_mut(*slot, q).fill(0.0);
                 for r in references(order, dim) {
                     s.reference.clear();
                     s.reference.resize(n, 0.0);
-                    for (i, phi) in table.row(r, q).iter().enumerate().filter(|(_, phi)| **phi != 0.0) {
+                    for (i, phi) in table
+                        .row(r, q)
+                        .iter()
+                        .enumerate()
+                        .filter(|(_, phi)| **phi != 0.0)
+                    {
                         add_to(&mut s.reference, *phi, &s.local[i * n..(i + 1) * n]);
                     }
                     let out = s.tape.row_mut(*slot, q);
@@ -270,7 +298,8 @@ impl Batch<'_> {
                 for varies in [false, true] {
                     let own = || {
                         let is_own = |(x, y, slot): &&(usize, usize, Slot)| {
-                            (order(*x, dim), order(*y, dim)) == (of_a, of_b) && slot.varies == varies
+                            (order(*x, dim), order(*y, dim)) == (of_a, of_b)
+                                && slot.varies == varies
                         };
                         pairs.iter().filter(is_own)
                     };
@@ -289,7 +318,9 @@ impl Batch<'_> {
                                 s.reference.clear();
                                 s.reference.extend_from_slice(coefficient);
                                 scale(&mut s.reference, &s.measure);
-                                if let Some(factor) = factor(&s.slopes, &s.bends, dim, n, a.side, *x, r) {
+                                if let Some(factor) =
+                                    factor(&s.slopes, &s.bends, dim, n, a.side, *x, r)
+                                {
                                     scale(&mut s.reference, factor);
                                 }
                                 for (l, t) in ss.clone().enumerate() {
@@ -320,7 +351,8 @@ impl Batch<'_> {
                                         for i in 0..a.count {
                                             let phi = weight * left.row(r, q)[i];
                                             if phi != 0.0 {
-                                                let at = ((a.start + i) * work.size + b.start + j) * n;
+                                                let at =
+                                                    ((a.start + i) * work.size + b.start + j) * n;
                                                 add_to(&mut s.matrix[at..at + n], phi, &s.spare);
                                             }
                                         }
@@ -335,11 +367,17 @@ impl Batch<'_> {
                                             for (l, t) in ss.clone().enumerate() {
                                                 let products = work.weights.iter().enumerate();
                                                 let weight: f64 = products
-                                                    .map(|(q, w)| w * left.row(r, q)[i] * right.row(t, q)[j])
+                                                    .map(|(q, w)| {
+                                                        w * left.row(r, q)[i] * right.row(t, q)[j]
+                                                    })
                                                     .sum();
                                                 if weight.abs() > ROUNDING {
                                                     let from = (k * ss.len() + l) * n;
-                                                    add_to(&mut s.matrix[at..at + n], weight, &s.sums[from..from + n]);
+                                                    add_to(
+                                                        &mut s.matrix[at..at + n],
+                                                        weight,
+                                                        &s.sums[from..from + n],
+                                                    );
                                                 }
                                             }
                                         }
@@ -379,7 +417,9 @@ impl Batch<'_> {
                     let before: Vec<f64> = (0..local).map(|k| values[at(k)]).collect();
                     for k in 0..local {
                         values[at(k)] = match basis.get(k) {
-                            Some(function) => function.iter().zip(&before).map(|(f, v)| f * v).sum(),
+                            Some(function) => {
+                                function.iter().zip(&before).map(|(f, v)| f * v).sum()
+                            }
                             None => 0.0,
                         };
                     }
@@ -387,7 +427,9 @@ impl Batch<'_> {
                 apply(&mut s.vector, &|k| (block.start + k) * n + c);
                 if is_matrix {
                     for other in 0..size {
-                        apply(&mut s.matrix, &|k| ((block.start + k) * size + other) * n + c);
+                        apply(&mut s.matrix, &|k| {
+                            ((block.start + k) * size + other) * n + c
+                        });
                     }
                     for other in 0..size {
                         apply(&mut s.matrix, &|k| (other * size + block.start + k) * n + c);
@@ -427,15 +469,24 @@ fn factor<'a>(
     let square = dim * dim;
     let (values, at) = match order(derivative, dim) {
         0 => return None,
-        1 => (slopes, side * square + (reference - 1) * dim + derivative - 1),
-        _ => (bends, (side * square + derivative - 1 - dim) * square + reference - 1 - dim),
+        1 => (
+            slopes,
+            side * square + (reference - 1) * dim + derivative - 1,
+        ),
+        _ => (
+            bends,
+            (side * square + derivative - 1 - dim) * square + reference - 1 - dim,
+        ),
     };
     Some(&values[at * n..(at + 1) * n])
 }
 
 fn coordinate(out: &mut [f64], cells: &[CellGeometry], lambda: &[f64; 4], axis: usize) {
     for (out, cell) in out.iter_mut().zip(cells) {
-        let parts = lambda.iter().zip(&cell.vertices).filter(|(l, _)| **l != 0.0);
+        let parts = lambda
+            .iter()
+            .zip(&cell.vertices)
+            .filter(|(l, _)| **l != 0.0);
         *out = parts.map(|(l, x)| l * x[axis]).sum();
     }
 }

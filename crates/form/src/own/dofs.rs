@@ -59,7 +59,10 @@ impl Dofs {
         let counts: Vec<usize> = all.iter().map(Vec::len).collect();
         let mut numbers: Vec<HashMap<Carrier, u32>> = vec![HashMap::new(); counts.len()];
         let mut dofs = Dofs {
-            cell_nodes: counts.iter().map(|n| Vec::with_capacity(n * mesh.cell_count())).collect(),
+            cell_nodes: counts
+                .iter()
+                .map(|n| Vec::with_capacity(n * mesh.cell_count()))
+                .collect(),
             counts,
             first: vec![0],
             unknown: Vec::new(),
@@ -69,7 +72,11 @@ impl Dofs {
         for cell in 0..mesh.cell_count() {
             for (k, locals) in all.iter().enumerate() {
                 let space = problem.unknowns[k].space;
-                let size = if space.element.is_vector() { 1 } else { space.count() } as u32;
+                let size = if space.element.is_vector() {
+                    1
+                } else {
+                    space.count()
+                } as u32;
                 for local in locals {
                     let carrier = dofs.carrier(mesh, cell, *local);
                     let place = match carrier {

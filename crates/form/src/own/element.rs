@@ -58,7 +58,8 @@ impl Shape {
         let degree = self.degree() as u8;
         let mut all = Vec::new();
         let mut push = |node: [u8; 4]| {
-            if node[..=dim].iter().sum::<u8>() == degree && node[dim + 1..].iter().all(|k| *k == 0) {
+            if node[..=dim].iter().sum::<u8>() == degree && node[dim + 1..].iter().all(|k| *k == 0)
+            {
                 all.push(node);
             }
         };
@@ -83,7 +84,9 @@ impl Shape {
             }
             Shape::Lagrange(degree) => {
                 let lattice = self.lattice(dim).into_iter();
-                lattice.map(|node| node.map(|k| f64::from(k) / f64::from(degree))).collect()
+                lattice
+                    .map(|node| node.map(|k| f64::from(k) / f64::from(degree)))
+                    .collect()
             }
             Shape::Crouzeix => (0..=dim)
                 .map(|i| {

@@ -34,7 +34,12 @@ pub fn value(problem: &Problem, id: Id, parameters: &[f64], at: &[f64; 3]) -> f6
 /// # Errors
 /// Values that are not finite.
 pub fn held(assembler: &Assembler, source: &Mesh, parameters: &[f64]) -> Result<Held> {
-    let Assembler { problem, mesh, dofs, .. } = assembler;
+    let Assembler {
+        problem,
+        mesh,
+        dofs,
+        ..
+    } = assembler;
     let mut all = Held {
         is_held: vec![false; dofs.count()],
         values: vec![0.0; dofs.count()],
@@ -71,10 +76,15 @@ pub fn held(assembler: &Assembler, source: &Mesh, parameters: &[f64]) -> Result<
 }
 
 /// Σ λ_i x_i; a vertex itself, to the last bit.
-pub fn place<V: std::ops::Index<usize, Output = f64>>(vertices: &[V; 4], lambda: &[f64; 4]) -> [f64; 3] {
+pub fn place<V: std::ops::Index<usize, Output = f64>>(
+    vertices: &[V; 4],
+    lambda: &[f64; 4],
+) -> [f64; 3] {
     let mut at = [0.0; 3];
     for (l, vertex) in lambda.iter().zip(vertices).filter(|(l, _)| **l != 0.0) {
-        at.iter_mut().enumerate().for_each(|(k, x)| *x += l * vertex[k]);
+        at.iter_mut()
+            .enumerate()
+            .for_each(|(k, x)| *x += l * vertex[k]);
     }
     at
 }
@@ -87,7 +97,12 @@ fn moments(
     parameters: &[f64],
     all: &mut Held,
 ) -> Result<()> {
-    let Assembler { problem, mesh, dofs, .. } = assembler;
+    let Assembler {
+        problem,
+        mesh,
+        dofs,
+        ..
+    } = assembler;
     let (dim, element) = (mesh.dim, problem.unknowns[condition.unknown].space.element);
     let [_, rule] = problem.rules();
     // Entries of the product of traces, and right-hand sides.
@@ -106,7 +121,10 @@ fn moments(
             .map(|(_, (carrier, node))| {
                 let sign = sign(mesh, cell, carrier);
                 let vectors = vectors(element, &geometry, carrier);
-                (dofs.first[*node as usize], vectors.map(|v| v.map(|x| sign * x)))
+                (
+                    dofs.first[*node as usize],
+                    vectors.map(|v| v.map(|x| sign * x)),
+                )
             })
             .collect();
         let corners: Vec<usize> = (0..=dim).filter(|i| *i != local).collect();
@@ -114,7 +132,10 @@ fn moments(
             let weight = weight * geometry.face_measure(local);
             let on_face = rule.barycentric(q);
             let mut lambda = [0.0; 4];
-            corners.iter().zip(on_face).for_each(|(corner, l)| lambda[*corner] = l);
+            corners
+                .iter()
+                .zip(on_face)
+                .for_each(|(corner, l)| lambda[*corner] = l);
             let at = place(&geometry.vertices, &lambda);
             let mut g = [0.0; 3];
             for (g, id) in g.iter_mut().zip(&condition.values) {
@@ -131,7 +152,8 @@ fn moments(
                     (*dof, trace(element, dim, &v, &normal))
                 })
                 .collect();
-            let dot = |a: &[f64; 3], b: &[f64; 3]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+            let dot =
+                |a: &[f64; 3], b: &[f64; 3]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
             for (i, v) in &traces {
                 right.push((*i, weight * dot(&g, v)));
                 entries.extend(traces.iter().map(|(j, w)| (*i, *j, weight * dot(v, w))));
@@ -143,7 +165,9 @@ fn moments(
     found.dedup();
     let number = |dof: u32| found.binary_search(&dof).unwrap_or(0);
     let mut b = vec![0.0; found.len()];
-    right.iter().for_each(|(dof, value)| b[number(*dof)] += value);
+    right
+        .iter()
+        .for_each(|(dof, value)| b[number(*dof)] += value);
     let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); found.len()];
     for (i, j, value) in entries {
         let (row, j) = (&mut rows[number(i)], number(j));
@@ -155,7 +179,8 @@ fn moments(
     if found.is_empty() {
         return Ok(());
     }
-    rows.iter_mut().for_each(|row| row.sort_unstable_by_key(|entry| entry.0));
+    rows.iter_mut()
+        .for_each(|row| row.sort_unstable_by_key(|entry| entry.0));
     let x = General::new(rows)?.solve(&b)?;
     for (dof, value) in found.iter().zip(x) {
         all.is_held[*dof as usize] = true;
@@ -188,7 +213,12 @@ pub fn sign(mesh: &Triangulation, cell: usize, [a, b]: [usize; 2]) -> f64 {
 }
 
 /// The unknowns at the start of steps in time; all 0 where there are none.
-pub fn initial(problem: &Problem, mesh: &Triangulation, dofs: &Dofs, parameters: &[f64]) -> Vec<f64> {
+pub fn initial(
+    problem: &Problem,
+    mesh: &Triangulation,
+    dofs: &Dofs,
+    parameters: &[f64],
+) -> Vec<f64> {
     let mut u = vec![0.0; dofs.count()];
     let all = problem.time.iter().flat_map(|time| &time.initial);
     for initial in all {
@@ -198,7 +228,12 @@ pub fn initial(problem: &Problem, mesh: &Triangulation, dofs: &Dofs, parameters:
             let vertices = mesh.vertices(cell);
             for (node, lambda) in dofs.of_cell(initial.unknown, cell).iter().zip(&nodes) {
                 let dof = dofs.first[*node as usize] as usize + initial.component;
-                u[dof] = value(problem, initial.value, parameters, &place(&vertices, lambda));
+                u[dof] = value(
+                    problem,
+                    initial.value,
+                    parameters,
+                    &place(&vertices, lambda),
+                );
             }
         }
     }
@@ -208,7 +243,9 @@ pub fn initial(problem: &Problem, mesh: &Triangulation, dofs: &Dofs, parameters:
 /// For each given mean, the integrals of the basis functions, and the value of their sum.
 pub fn means(problem: &Problem, mesh: &Triangulation, dofs: &Dofs) -> Vec<(Vec<f64>, f64)> {
     let [rule, _] = problem.rules();
-    let points: Vec<[f64; 4]> = (0..rule.weights.len()).map(|q| rule.barycentric(q)).collect();
+    let points: Vec<[f64; 4]> = (0..rule.weights.len())
+        .map(|q| rule.barycentric(q))
+        .collect();
     let each = problem.means.iter().map(|mean| {
         let shape = Shape::of(problem.unknowns[mean.unknown].space.element);
         let table = shape.table(mesh.dim, &points);

@@ -17,10 +17,20 @@ pub fn output(assembler: &Assembler, u: &[f64]) -> (Mesh, Vec<Field>) {
         points.extend(nodes.iter().map(|lambda| place(&vertices, lambda)));
     }
     let numbers = (0..points.len() as u32).collect();
-    let fields = assembler.problem.unknowns.iter().enumerate().map(|(k, unknown)| {
-        let of = Values::F64(values(assembler, u, k, &nodes).into());
-        Field::new(unknown.name.clone(), Support::Points, unknown.space.count(), of)
-    });
+    let fields = assembler
+        .problem
+        .unknowns
+        .iter()
+        .enumerate()
+        .map(|(k, unknown)| {
+            let of = Values::F64(values(assembler, u, k, &nodes).into());
+            Field::new(
+                unknown.name.clone(),
+                Support::Points,
+                unknown.space.count(),
+                of,
+            )
+        });
     let fields = fields.collect();
     let cells = Mesh {
         points: points.into(),
@@ -32,7 +42,12 @@ pub fn output(assembler: &Assembler, u: &[f64]) -> (Mesh, Vec<Field>) {
 
 /// The values of an unknown at points of each cell in turn, component after component.
 pub fn values(assembler: &Assembler, u: &[f64], unknown: usize, points: &[[f64; 4]]) -> Vec<f64> {
-    let Assembler { problem, mesh, dofs, .. } = assembler;
+    let Assembler {
+        problem,
+        mesh,
+        dofs,
+        ..
+    } = assembler;
     let space = problem.unknowns[unknown].space;
     let table = Shape::of(space.element).table(mesh.dim, points);
     let size = space.count();
@@ -45,7 +60,11 @@ pub fn values(assembler: &Assembler, u: &[f64], unknown: usize, points: &[[f64; 
             let geometry = mesh.geometry(cell);
             for (carrier, node) in carriers(space.element, mesh.dim).into_iter().zip(nodes) {
                 let value = u[dofs.first[*node as usize] as usize] * sign(mesh, cell, carrier);
-                for (j, vector) in vectors(space.element, &geometry, carrier).iter().enumerate().take(table.count) {
+                for (j, vector) in vectors(space.element, &geometry, carrier)
+                    .iter()
+                    .enumerate()
+                    .take(table.count)
+                {
                     for c in 0..size {
                         local[j * size + c] += value * vector[c];
                     }
@@ -58,7 +77,12 @@ pub fn values(assembler: &Assembler, u: &[f64], unknown: usize, points: &[[f64; 
         }
         for q in 0..points.len() {
             let phi = table.row(0, q);
-            all.extend((0..size).map(|c| -> f64 { phi.iter().enumerate().map(|(i, p)| p * local[i * size + c]).sum() }));
+            all.extend((0..size).map(|c| -> f64 {
+                phi.iter()
+                    .enumerate()
+                    .map(|(i, p)| p * local[i * size + c])
+                    .sum()
+            }));
         }
     }
     all
@@ -66,7 +90,11 @@ pub fn values(assembler: &Assembler, u: &[f64], unknown: usize, points: &[[f64; 
 
 /// The cells that hold functions of an element, and their nodes, in the order of [`CellKind`].
 pub fn nodes(element: Element, dim: usize) -> (CellKind, Vec<[f64; 4]>) {
-    let shape = if dim == 2 { faceoff_mesh::mesh::Shape::Triangle } else { faceoff_mesh::mesh::Shape::Tetrahedron };
+    let shape = if dim == 2 {
+        faceoff_mesh::mesh::Shape::Triangle
+    } else {
+        faceoff_mesh::mesh::Shape::Tetrahedron
+    };
     let degree = element.degree().max(1);
     let kind = CellKind::complete(shape, degree).unwrap_or(CellKind::Triangle);
     let corner = |i: usize| {
@@ -81,7 +109,11 @@ pub fn nodes(element: Element, dim: usize) -> (CellKind, Vec<[f64; 4]>) {
         node
     };
     match degree {
-        2 => all.extend(quadratic_edges(dim).iter().map(|[a, b]| mix(&[(*a, 0.5), (*b, 0.5)]))),
+        2 => all.extend(
+            quadratic_edges(dim)
+                .iter()
+                .map(|[a, b]| mix(&[(*a, 0.5), (*b, 0.5)])),
+        ),
         3 => {
             let (third, rest) = (1.0 / 3.0, 2.0 / 3.0);
             // Gmsh's edges have directions, and its faces an order.
@@ -97,7 +129,11 @@ pub fn nodes(element: Element, dim: usize) -> (CellKind, Vec<[f64; 4]>) {
                 2 => &[[0, 1, 2]],
                 _ => &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [3, 1, 2]],
             };
-            all.extend(faces.iter().map(|[a, b, c]| mix(&[(*a, third), (*b, third), (*c, third)])));
+            all.extend(
+                faces
+                    .iter()
+                    .map(|[a, b, c]| mix(&[(*a, third), (*b, third), (*c, third)])),
+            );
         }
         _ => {}
     }

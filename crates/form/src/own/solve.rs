@@ -36,7 +36,10 @@ pub fn solve(problem: &Problem, source: &Mesh) -> Result<Solution> {
     let mut parameters: Vec<f64> = problem.parameters.iter().map(|p| p.value).collect();
     let (count, step) = match &problem.time {
         None => (1, None),
-        Some(time) => (time.steps, Some((time.parameter, parameters[time.parameter + 1]))),
+        Some(time) => (
+            time.steps,
+            Some((time.parameter, parameters[time.parameter + 1])),
+        ),
     };
     if let Some((t, _)) = step {
         parameters[t] = 0.0;
@@ -52,7 +55,11 @@ pub fn solve(problem: &Problem, source: &Mesh) -> Result<Solution> {
         let held = held(&assembler, source, &parameters)?;
         steps += newton(&assembler, &held, &old, &parameters, is_linear, &mut u)?;
     }
-    Ok(Solution { assembler, u, steps })
+    Ok(Solution {
+        assembler,
+        u,
+        steps,
+    })
 }
 
 /// Solves for u, and returns the number of steps.
@@ -69,19 +76,38 @@ fn newton(
     for step in 1..=MOST_STEPS {
         cancel::check()?;
         let is_new = factor.is_none() || !is_linear;
-        let wanted = if is_new { Wanted::Both } else { Wanted::Residual };
+        let wanted = if is_new {
+            Wanted::Both
+        } else {
+            Wanted::Residual
+        };
         let system = assembler.assemble(State { u, old, parameters }, wanted);
         finite(&assembler.problem, &system.residual)?;
         let mut d = vec![0.0; u.len()];
-        for (k, value) in held.values.iter().enumerate().filter(|(k, _)| held.is_held[*k]) {
+        for (k, value) in held
+            .values
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| held.is_held[*k])
+        {
             d[k] = u[k] - value;
         }
         let mut right = system.residual;
         if is_new {
             finite(&assembler.problem, &system.matrix)?;
-            factor = Some(reduced(assembler, held, &means, &system.matrix, &d, &mut right)?);
+            factor = Some(reduced(
+                assembler,
+                held,
+                &means,
+                &system.matrix,
+                &d,
+                &mut right,
+            )?);
         }
-        let mut b: Vec<f64> = (0..u.len()).filter(|k| !held.is_held[*k]).map(|k| right[k]).collect();
+        let mut b: Vec<f64> = (0..u.len())
+            .filter(|k| !held.is_held[*k])
+            .map(|k| right[k])
+            .collect();
         b.extend(means.iter().map(|(row, wanted)| {
             let all = row.iter().zip(u.iter()).zip(&d).enumerate();
             let sum: f64 = all
@@ -90,7 +116,9 @@ fn newton(
             sum - wanted
         }));
         let x = match &factor {
-            Some(factor) => factor.solve(&b).map_err(|e| singular(&assembler.problem, e))?,
+            Some(factor) => factor
+                .solve(&b)
+                .map_err(|e| singular(&assembler.problem, e))?,
             None => Vec::new(),
         };
         let mut next = x.into_iter();
@@ -98,7 +126,11 @@ fn newton(
             *d = next.next().unwrap_or(f64::NAN);
         }
         for (k, u) in u.iter_mut().enumerate() {
-            *u = if held.is_held[k] { held.values[k] } else { *u - d[k] };
+            *u = if held.is_held[k] {
+                held.values[k]
+            } else {
+                *u - d[k]
+            };
         }
         finite(&assembler.problem, u)?;
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -107,8 +139,12 @@ fn newton(
         }
     }
     Err(Error::Solver {
-        what: format!("Newton's method did not converge on {} in {MOST_STEPS} steps", assembler.problem.name),
-        remedy: "scale the data down, or shift the problem so that 0 is near to the solution".into(),
+        what: format!(
+            "Newton's method did not converge on {} in {MOST_STEPS} steps",
+            assembler.problem.name
+        ),
+        remedy: "scale the data down, or shift the problem so that 0 is near to the solution"
+            .into(),
     })
 }
 
@@ -143,30 +179,44 @@ fn reduced(
 ) -> Result<General> {
     let mut number = vec![None; d.len()];
     let mut count = 0;
-    for (_, number) in number.iter_mut().enumerate().filter(|(k, _)| !held.is_held[*k]) {
+    for (_, number) in number
+        .iter_mut()
+        .enumerate()
+        .filter(|(k, _)| !held.is_held[*k])
+    {
         *number = Some(count);
         count += 1;
     }
     let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); count];
-    assembler.pattern.for_rows(&assembler.dofs, |dof, columns, at| {
-        let Some(row) = number[dof] else { return };
-        let values = &values[at..at + columns.len()];
-        let mut moved = 0.0;
-        rows[row].reserve(columns.len() + means.len());
-        for (column, value) in columns.iter().zip(values) {
-            match number[*column as usize] {
-                Some(column) => rows[row].push((column, *value)),
-                None => moved += value * d[*column as usize],
+    assembler
+        .pattern
+        .for_rows(&assembler.dofs, |dof, columns, at| {
+            let Some(row) = number[dof] else { return };
+            let values = &values[at..at + columns.len()];
+            let mut moved = 0.0;
+            rows[row].reserve(columns.len() + means.len());
+            for (column, value) in columns.iter().zip(values) {
+                match number[*column as usize] {
+                    Some(column) => rows[row].push((column, *value)),
+                    None => moved += value * d[*column as usize],
+                }
             }
-        }
-        right[dof] -= moved;
-        for (k, (mean, _)) in means.iter().enumerate().filter(|(_, (mean, _))| mean[dof] != 0.0) {
-            rows[row].push((count + k, mean[dof]));
-        }
-    });
+            right[dof] -= moved;
+            for (k, (mean, _)) in means
+                .iter()
+                .enumerate()
+                .filter(|(_, (mean, _))| mean[dof] != 0.0)
+            {
+                rows[row].push((count + k, mean[dof]));
+            }
+        });
     for (mean, _) in means {
         let entries = mean.iter().enumerate().filter(|(_, value)| **value != 0.0);
-        rows.push(entries.filter_map(|(dof, value)| Some((number[dof]?, *value))).collect());
+        rows.push(
+            entries
+                .filter_map(|(dof, value)| Some((number[dof]?, *value)))
+                .collect(),
+        );
     }
     General::new(rows).map_err(|e| singular(&assembler.problem, e))
 }

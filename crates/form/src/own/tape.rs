@@ -51,7 +51,12 @@ pub struct Memory {
 
 impl Tape {
     /// For these expressions at so many points; `varies` says which ends differ between the points of a cell.
-    pub fn new(scalars: &Scalars, roots: &[Id], points: usize, varies: impl Fn(Node) -> bool) -> Self {
+    pub fn new(
+        scalars: &Scalars,
+        roots: &[Id],
+        points: usize,
+        varies: impl Fn(Node) -> bool,
+    ) -> Self {
         let mut tape = Tape {
             points,
             size: 0,
@@ -92,7 +97,10 @@ impl Tape {
     }
 
     fn allot(&mut self, varies: bool) -> Slot {
-        let slot = Slot { at: self.size, varies };
+        let slot = Slot {
+            at: self.size,
+            varies,
+        };
         self.size += if varies { self.points } else { 1 };
         slot
     }

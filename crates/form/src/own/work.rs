@@ -49,7 +49,11 @@ pub enum Given {
     /// The dofs of a block, or those of the step before.
     Block { block: usize, is_old: bool },
     /// A component of a datum that is interpolated, from a side.
-    Datum { datum: usize, component: usize, side: usize },
+    Datum {
+        datum: usize,
+        component: usize,
+        side: usize,
+    },
 }
 
 /// A field or a derivative of it that operations need.
@@ -121,7 +125,13 @@ fn side(side: Side) -> usize {
 
 impl Work {
     /// Of an integral and its derivative, which may be left out.
-    pub fn new(problem: &mut Problem, mesh: &Triangulation, source: &Mesh, integral: &Integral, by: Bilinear) -> Self {
+    pub fn new(
+        problem: &mut Problem,
+        mesh: &Triangulation,
+        source: &Mesh,
+        integral: &Integral,
+        by: Bilinear,
+    ) -> Self {
         let dim = mesh.dim;
         let [rule, facet_rule] = problem.rules();
         let domain = integral.measure.domain;
@@ -155,7 +165,9 @@ impl Work {
             }
         }
         let find = |unknown: usize, leaf: &Leaf| {
-            let is_it = |b: &Block| (b.side, b.unknown, b.component) == (side(leaf.side), unknown, leaf.component);
+            let is_it = |b: &Block| {
+                (b.side, b.unknown, b.component) == (side(leaf.side), unknown, leaf.component)
+            };
             blocks.iter().position(is_it).unwrap_or(0)
         };
         let mut vector = Vec::new();
@@ -200,12 +212,23 @@ impl Work {
             let Node::Leaf(leaf) = node else { continue };
             let shape = leaf_shape(leaf);
             let given = match leaf.field {
-                Field::Unknown(k) => Given::Block { block: find(k, leaf), is_old: false },
-                Field::Old(k) => Given::Block { block: find(k, leaf), is_old: true },
+                Field::Unknown(k) => Given::Block {
+                    block: find(k, leaf),
+                    is_old: false,
+                },
+                Field::Old(k) => Given::Block {
+                    block: find(k, leaf),
+                    is_old: true,
+                },
                 Field::Datum(datum) => {
-                    data.entry(datum).or_insert_with(|| nodal(problem, datum, shape));
+                    data.entry(datum)
+                        .or_insert_with(|| nodal(problem, datum, shape));
                     let (component, side) = (leaf.component, side(leaf.side));
-                    Given::Datum { datum, component, side }
+                    Given::Datum {
+                        datum,
+                        component,
+                        side,
+                    }
                 }
                 _ => continue,
             };
@@ -220,14 +243,27 @@ impl Work {
             }
         }
         let slots = |pairs: Vec<(usize, usize, Id)>| -> Pairs {
-            pairs.into_iter().map(|(a, b, id)| (a, b, tape.slot(id))).collect()
+            pairs
+                .into_iter()
+                .map(|(a, b, id)| (a, b, tape.slot(id)))
+                .collect()
         };
-        let matrix: Vec<_> = matrix.into_iter().map(|((a, b), pairs)| (a, b, slots(pairs))).collect();
-        let vector: Vec<_> = vector.into_iter().map(|(block, d, id)| (block, d, tape.slot(id))).collect();
+        let matrix: Vec<_> = matrix
+            .into_iter()
+            .map(|((a, b), pairs)| (a, b, slots(pairs)))
+            .collect();
+        let vector: Vec<_> = vector
+            .into_iter()
+            .map(|(block, d, id)| (block, d, tape.slot(id)))
+            .collect();
         let is_second = |d: usize| order(d, dim) == 2;
         let has_second = vector.iter().any(|(_, d, _)| is_second(*d))
-            || matrix.iter().any(|(_, _, pairs)| pairs.iter().any(|(a, b, _)| is_second(*a) || is_second(*b)))
-            || needed.iter().any(|n| n.derivatives.iter().any(|(d, _)| is_second(*d)));
+            || matrix
+                .iter()
+                .any(|(_, _, pairs)| pairs.iter().any(|(a, b, _)| is_second(*a) || is_second(*b)))
+            || needed
+                .iter()
+                .any(|n| n.derivatives.iter().any(|(d, _)| is_second(*d)));
         let points: Vec<Vec<f64>> = (0..rule.weights.len())
             .map(|q| rule.barycentric(q).to_vec())
             .collect();
@@ -247,7 +283,11 @@ impl Work {
             matrix,
             has_second,
         };
-        work.place(mesh, &facets_or_cells(problem, mesh, source, integral), &points);
+        work.place(
+            mesh,
+            &facets_or_cells(problem, mesh, source, integral),
+            &points,
+        );
         work
     }
 
@@ -268,8 +308,15 @@ impl Work {
                     lambda
                 };
                 let points: Vec<[f64; 4]> = points.iter().map(at).collect();
-                let tables = shapes.iter().map(|shape| shape.table(dim, &points)).collect();
-                placements.push(Placement { facet, points, tables });
+                let tables = shapes
+                    .iter()
+                    .map(|shape| shape.table(dim, &points))
+                    .collect();
+                placements.push(Placement {
+                    facet,
+                    points,
+                    tables,
+                });
                 placements.len() as u16 - 1
             })
         };
@@ -278,7 +325,10 @@ impl Work {
             .map(|entity| {
                 if self.domain == Domain::Cells {
                     let at = place([0, 1, 2, 3], 0);
-                    return Entity { cells: [*entity; 2], places: [at; 2] };
+                    return Entity {
+                        cells: [*entity; 2],
+                        places: [at; 2],
+                    };
                 }
                 let face = *entity as usize;
                 let mut cells = mesh.face_cells(face);
@@ -306,7 +356,9 @@ fn inlined(problem: &mut Problem, id: Id) -> Id {
     let Problem { scalars, data, .. } = problem;
     scalars.map(id, &mut |scalars, node| {
         let Node::Leaf(leaf) = node else { return None };
-        let Field::Datum(k) = leaf.field else { return None };
+        let Field::Datum(k) = leaf.field else {
+            return None;
+        };
         let datum = &data[k];
         if datum.space.is_some() {
             return None;
@@ -327,11 +379,20 @@ fn nodal(problem: &Problem, datum: usize, shape: Shape) -> Nodal {
     let varies = |node: Node| matches!(node, Node::Coordinate(_));
     let tape = Tape::new(&problem.scalars, components, nodes.len(), varies);
     let components = components.iter().map(|id| tape.slot(*id)).collect();
-    Nodal { nodes, tape, components }
+    Nodal {
+        nodes,
+        tape,
+        components,
+    }
 }
 
 /// The cells or facets of a measure, ascending.
-fn facets_or_cells(problem: &Problem, mesh: &Triangulation, source: &Mesh, integral: &Integral) -> Vec<u32> {
+fn facets_or_cells(
+    problem: &Problem,
+    mesh: &Triangulation,
+    source: &Mesh,
+    integral: &Integral,
+) -> Vec<u32> {
     let measure = &integral.measure;
     if measure.groups.is_empty() {
         let faces = 0..mesh.face_count() as u32;
@@ -344,12 +405,20 @@ fn facets_or_cells(problem: &Problem, mesh: &Triangulation, source: &Mesh, integ
     let of_groups = measure.groups.iter();
     let mut all: Vec<u32> = match measure.domain {
         Domain::Cells => {
-            let kind = if mesh.dim == 2 { CellKind::Triangle } else { CellKind::Tetrahedron };
+            let kind = if mesh.dim == 2 {
+                CellKind::Triangle
+            } else {
+                CellKind::Tetrahedron
+            };
             let numbers: Vec<u32> = source.cells_of(kind).map(|(cell, ..)| cell).collect();
             let cells = of_groups.flat_map(|k| source.groups[*k].cells.iter());
-            cells.filter_map(|cell| Some(numbers.binary_search(cell).ok()? as u32)).collect()
+            cells
+                .filter_map(|cell| Some(numbers.binary_search(cell).ok()? as u32))
+                .collect()
         }
-        _ => of_groups.flat_map(|k| facets(problem, mesh, source, *k)).collect(),
+        _ => of_groups
+            .flat_map(|k| facets(problem, mesh, source, *k))
+            .collect(),
     };
     all.sort_unstable();
     all.dedup();
@@ -361,7 +430,10 @@ pub fn facets(problem: &Problem, mesh: &Triangulation, source: &Mesh, group: usi
     if problem.groups[group].dim + 1 != mesh.dim {
         return Vec::new();
     }
-    let cells = source.groups[group].cells.iter().filter_map(|cell| source.cell(*cell));
+    let cells = source.groups[group]
+        .cells
+        .iter()
+        .filter_map(|cell| source.cell(*cell));
     let found = cells.filter_map(|(_, nodes)| {
         let mut nodes = nodes.to_vec();
         nodes.sort_unstable();

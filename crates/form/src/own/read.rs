@@ -1,0 +1,298 @@
+//! The dofs of a result that any code has written: values at the nodes of cells, or of cells, on the mesh of a form.
+//!
+//! Nothing is projected: a field is a function of the space of its unknown, or it is refused.
+
+use std::collections::HashMap;
+
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::{Field, Mesh, Support};
+
+use super::assemble::Assembler;
+use super::element::{Shape, carriers};
+use super::held::sign;
+use super::judge::centre;
+use super::output::values;
+
+/// Points are at one place if they are nearer than this part of the domain.
+const NEAR: f64 = 1e-6;
+/// Values that differ by less than this part of the largest are of one function.
+const SAME: f64 = 1e-6;
+
+fn refuse(what: String, remedy: &str) -> Error {
+    Error::usage(what, remedy)
+}
+
+/// The dofs of all unknowns.
+///
+/// # Errors
+/// A result on another mesh, and fields that are not there or are no functions of the spaces.
+pub fn read(assembler: &Assembler, result: &Mesh) -> Result<Vec<f64>> {
+    let cells = cells(assembler, result)?;
+    let mut u = vec![0.0; assembler.dofs.count()];
+    for k in 0..assembler.problem.unknowns.len() {
+        unknown(assembler, result, &cells, k, &mut u)?;
+    }
+    Ok(u)
+}
+
+/// A cell of the result: its number, which cell of ours it is, and its nodes with their barycentric coordinates in ours.
+struct Cell {
+    number: u32,
+    own: usize,
+    nodes: Vec<(u32, [f64; 4])>,
+}
+
+fn cells(assembler: &Assembler, result: &Mesh) -> Result<Vec<Cell>> {
+    let mesh = &assembler.mesh;
+    let mut extent = 0.0_f64;
+    for axis in 0..3 {
+        let all = mesh.points.iter().map(|p| p[axis]);
+        let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (low.min(x), high.max(x))
+        });
+        extent = extent.max(high - low);
+    }
+    let width = NEAR * extent;
+    let key = |p: &[f64; 3]| p.map(|x| (x / width).floor() as i64);
+    let mut at: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    for (k, point) in mesh.points.iter().enumerate() {
+        at.entry(key(point)).or_default().push(k as u32);
+    }
+    let find = |point: &[f64; 3]| {
+        let [x, y, z] = key(point);
+        let around = (0..27).map(|k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]);
+        let candidates = around.filter_map(|key| at.get(&key)).flatten();
+        candidates.copied().find(|k| {
+            let own = mesh.points[*k as usize];
+            own.iter().zip(point).all(|(a, b)| (a - b).abs() <= width)
+        })
+    };
+    let sorted = |mut vertices: Vec<u32>| {
+        vertices.sort_unstable();
+        vertices
+    };
+    let own: HashMap<Vec<u32>, usize> = (0..mesh.cell_count())
+        .map(|cell| (sorted(mesh.cell(cell).to_vec()), cell))
+        .collect();
+    let count = result
+        .cells()
+        .filter(|(_, kind, _)| usize::from(kind.dim()) == mesh.dim)
+        .count();
+    let other = |what: String| {
+        refuse(
+            what,
+            "give the result of the form's mesh: name its refinement by --n",
+        )
+    };
+    if count != mesh.cell_count() {
+        return Err(other(format!(
+            "the result has {count} cells, and the form's mesh {}",
+            mesh.cell_count()
+        )));
+    }
+    let mut found = Vec::with_capacity(count);
+    let mut is_found = vec![false; count];
+    for (number, kind, nodes) in result
+        .cells()
+        .filter(|(_, kind, _)| usize::from(kind.dim()) == mesh.dim)
+    {
+        let points: Vec<[f64; 3]> = nodes.iter().map(|k| result.points[*k as usize]).collect();
+        let corners: Vec<Option<u32>> = points.iter().take(kind.corners()).map(find).collect();
+        let corners = corners.into_iter().collect::<Option<Vec<u32>>>();
+        let own = corners.and_then(|corners| own.get(&sorted(corners)).copied());
+        let Some(own) = own.filter(|cell| !std::mem::replace(&mut is_found[*cell], true)) else {
+            return Err(other(format!(
+                "cell {number} of the result is no cell of the form's mesh"
+            )));
+        };
+        let geometry = mesh.geometry(own);
+        let lambda = |point: &[f64; 3]| {
+            let mut lambda = [0.0; 4];
+            for (i, l) in lambda.iter_mut().enumerate().take(mesh.dim + 1) {
+                let from = &geometry.vertices[0];
+                let slope = &geometry.gradients[i];
+                *l = (0..3).map(|k| slope[k] * (point[k] - from[k])).sum::<f64>()
+                    + f64::from(u8::from(i == 0));
+            }
+            lambda
+        };
+        let nodes = nodes
+            .iter()
+            .zip(&points)
+            .map(|(node, point)| (*node, lambda(point)))
+            .collect();
+        found.push(Cell { number, own, nodes });
+    }
+    Ok(found)
+}
+
+fn unknown(
+    assembler: &Assembler,
+    result: &Mesh,
+    cells: &[Cell],
+    k: usize,
+    u: &mut [f64],
+) -> Result<()> {
+    let (mesh, dofs) = (&assembler.mesh, &assembler.dofs);
+    let unknown = &assembler.problem.unknowns[k];
+    let (name, size, element) = (&unknown.name, unknown.space.count(), unknown.space.element);
+    let is_it = |field: &&Field| {
+        field.name == *name && field.at.is_empty() && field.on != Support::CellPoints
+    };
+    let all: Vec<&Field> = result.fields.iter().filter(is_it).collect();
+    let field = match all[..] {
+        [one] => one,
+        _ => {
+            let names: Vec<&str> = result
+                .fields
+                .iter()
+                .map(|field| field.name.as_str())
+                .collect();
+            return Err(refuse(
+                format!(
+                    "the result has {} fields `{name}` on points or cells; it has {}",
+                    all.len(),
+                    names.join(", ")
+                ),
+                "write each unknown once, by its name in the form",
+            ));
+        }
+    };
+    // In the plane vectors may have a third component.
+    if field.components != size && !(field.components == 3 && size == 2) {
+        return Err(refuse(
+            format!(
+                "`{name}` has {} components, and the unknown {size}",
+                field.components
+            ),
+            "write the unknown as the form has it",
+        ));
+    }
+    let numbers = field.values.to_f64();
+    let degree = |cell: &Cell| match field.on {
+        Support::Cells => Some(0),
+        _ => (1..=3).find(|degree| Shape::Lagrange(*degree).count(mesh.dim) == cell.nodes.len()),
+    };
+    let row = |item: u32, c: usize| {
+        numbers
+            .get(item as usize * field.components + c)
+            .copied()
+            .unwrap_or(f64::NAN)
+    };
+    // The values of the cell's nodes in the order of ours.
+    let local = |cell: &Cell| -> Option<(u8, Vec<u32>)> {
+        let degree = degree(cell)?;
+        if degree == 0 {
+            return Some((0, vec![cell.number]));
+        }
+        let lattice = Shape::Lagrange(degree).lattice(mesh.dim);
+        let node = |wanted: &[u8; 4]| {
+            let is_it = |(_, lambda): &&(u32, [f64; 4])| {
+                lambda
+                    .iter()
+                    .zip(wanted)
+                    .all(|(l, k)| (l * f64::from(degree) - f64::from(*k)).abs() < 1e-3)
+            };
+            cell.nodes.iter().find(is_it).map(|(node, _)| *node)
+        };
+        Some((
+            degree,
+            lattice.iter().map(node).collect::<Option<Vec<u32>>>()?,
+        ))
+    };
+    let nodes: Vec<[f64; 4]> = match element.is_vector() {
+        false => Shape::of(element).nodes(mesh.dim),
+        true => carriers(element, mesh.dim)
+            .into_iter()
+            .map(|carrier| centre(mesh.dim, carrier))
+            .collect(),
+    };
+    let tables: Vec<_> = (0..4)
+        .map(|degree| Shape::Lagrange(degree).table(mesh.dim, &nodes))
+        .collect();
+    let mut given = Vec::with_capacity(cells.len());
+    for cell in cells {
+        let Some((degree, items)) = local(cell) else {
+            return Err(refuse(
+                format!(
+                    "cell {} of the result has nodes that are not those of linear, quadratic or cubic cells",
+                    cell.number
+                ),
+                "write values at the nodes of such cells",
+            ));
+        };
+        let at = |i: usize, c: usize| -> f64 {
+            let phi = tables[usize::from(degree)].row(0, i);
+            phi.iter()
+                .zip(&items)
+                .filter(|(p, _)| **p != 0.0)
+                .map(|(p, item)| p * row(*item, c))
+                .sum()
+        };
+        for (i, node) in dofs.of_cell(k, cell.own).iter().enumerate() {
+            let of_node = dofs.of_node(*node);
+            if !element.is_vector() {
+                of_node.enumerate().for_each(|(c, dof)| u[dof] = at(i, c));
+                continue;
+            }
+            let carrier = carriers(element, mesh.dim)[i];
+            let geometry = mesh.geometry(cell.own);
+            let [a, b] = carrier;
+            let along = match a == b {
+                true => geometry.normal(a) * geometry.face_measure(a),
+                false => geometry.vertices[b] - geometry.vertices[a],
+            };
+            let moment: f64 = (0..size).map(|c| at(i, c) * along[c]).sum();
+            u[of_node.start] = sign(mesh, cell.own, carrier) * moment;
+        }
+        given.push((cell.own, degree, items));
+    }
+    check(assembler, k, u, &given, row)
+}
+
+/// Are the dofs the function that was given?
+fn check(
+    assembler: &Assembler,
+    k: usize,
+    u: &[f64],
+    given: &[(usize, u8, Vec<u32>)],
+    row: impl Fn(u32, usize) -> f64,
+) -> Result<()> {
+    let unknown = &assembler.problem.unknowns[k];
+    let (size, dim) = (unknown.space.count(), assembler.mesh.dim);
+    let largest = given
+        .iter()
+        .flat_map(|(.., items)| items)
+        .flat_map(|item| (0..size).map(|c| row(*item, c)));
+    let largest = largest.fold(
+        0.0_f64,
+        |most, v| if v.abs() <= most { most } else { v.abs() },
+    );
+    for degree in 0..4 {
+        if !given.iter().any(|(_, own, _)| *own == degree) {
+            continue;
+        }
+        let nodes = Shape::Lagrange(degree).nodes(dim);
+        let found = values(assembler, u, k, &nodes);
+        for (cell, _, items) in given.iter().filter(|(_, own, _)| *own == degree) {
+            for (q, item) in items.iter().enumerate() {
+                for c in 0..size {
+                    let (value, wanted) =
+                        (found[(cell * nodes.len() + q) * size + c], row(*item, c));
+                    // Negated so that NaN is refused.
+                    if !((value - wanted).abs() <= SAME * largest) {
+                        return Err(refuse(
+                            format!(
+                                "`{}` of the result is no function of {}: it is {wanted} where a function of that space with its nodes is {value}",
+                                unknown.name,
+                                unknown.space.name()
+                            ),
+                            "write the dofs' function, not a projection, on cells that hold its degree",
+                        ));
+                    }
+                }
+            }
+        }
+    }
+    Ok(())
+}
