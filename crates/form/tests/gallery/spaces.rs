@@ -226,8 +226,8 @@ fn assert_reproduced(text: &str, mesh: &Mesh, least: usize, exact: impl Fn([f64;
     for (name, found) in std::iter::once(("rust", ours(&problem, mesh))).chain(others) {
         let of_it = found.values().next().expect("an unknown");
         for (place, values) in of_it {
-            // Vertices are at multiples of 1/4.
-            let at = [3, 4, 5].map(|k| place[k] as f64 / 1e7);
+            // Nodes are at multiples of 1/4 and 1/6.
+            let at = [3, 4, 5].map(|k| (place[k] as f64 * 12e-7).round() / 12.0);
             for (a, b) in values.iter().zip(exact(at)) {
                 let what = format!("{name} on {}: {a}, not {b}", problem.name);
                 assert!((a - b).abs() < TOLERANCE, "{what} at {at:?}");
