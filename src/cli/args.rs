@@ -235,7 +235,7 @@ impl Command {
             },
             Command::Judge(a) => report::Output {
                 subject: Some(a.result.display().to_string()),
-                ..to("judge", &a.output, Some(&a.verdicts))
+                ..to(a.command(), &a.output, Some(&a.verdicts))
             },
             Command::Certify(a) => to("certify", &a.output, None),
             Command::Solve(a) => to("solve", &a.output, None),
@@ -489,9 +489,20 @@ fn match_by(word: String) -> MatchBy {
     }
 }
 
+impl Judge {
+    /// What is judged, as schemas call it.
+    fn command(&self) -> &'static str {
+        match is_face_off(self.scene.as_ref()) {
+            true => "judge form",
+            false => "judge",
+        }
+    }
+}
+
 /// Puts a field into the scheme and says whether it solves it; and if not: at which rows and faces, in which terms, what γ would
 /// have to be on each contact face, and which single change of the scheme or of the values explains it. All that follows from
 /// the field alone: the code that wrote it is not run. What the file has values on says what the field is, as for `certify`.
+/// Of a form file the fields with the names of its unknowns are put into F, on its mesh at the refinement that fits or that --n names.
 ///
 /// Exit code: 0 its residual is at rounding; 1 it is not; 2 it could not be judged.
 #[derive(Args)]
@@ -499,7 +510,7 @@ fn match_by(word: String) -> MatchBy {
 pub(super) struct Judge {
     /// A file of any kind that `faceoff compare` reads
     pub result: PathBuf,
-    /// The problem: a built-in scene or a TOML file
+    /// The problem: a built-in scene, or a TOML file with a scene or a form
     #[arg(long, value_name = "SCENE")]
     pub scene: String,
     #[command(flatten)]

@@ -1,18 +1,24 @@
 //! `faceoff judge`.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use super::args::Judge;
 use super::{code, solve};
-use crate::engine::{Settings, Silent};
-use crate::report::{self, Judgement, Output, deliver};
+use crate::engine::{Settings, Silent, meshio_python};
+use crate::report::{self, FormJudgement, Judgement, Output, deliver};
 use crate::run::foreign::{Foreign, Options, take_boundary_values};
-use crate::run::{Runner, Setup, certificate};
+use crate::run::{FormFile, Runner, Setup, Written, certificate, is_face_off};
 use crate::why;
 use faceoff_fem::certify;
-use faceoff_mesh::error::Result;
+use faceoff_form::own;
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::io;
 
 pub(super) fn run(arguments: &Judge, to: &Output) -> Result<u8> {
+    if is_face_off(arguments.scene.as_ref()) {
+        return of_form(arguments, to);
+    }
     let scene = arguments.trust.scene(&arguments.scene)?;
     let options = Options {
         field: arguments.field.as_deref(),
@@ -44,5 +50,53 @@ pub(super) fn run(arguments: &Judge, to: &Output) -> Result<u8> {
     let inputs = [Some(&arguments.result), arguments.mesh.as_ref()];
     let inputs = inputs.into_iter().flatten().cloned().collect();
     deliver(&report::judge(&judgement, &case, &u, inputs)?, to)?;
+    Ok(code(judgement.verdict))
+}
+
+/// Of a form in place of a scene.
+fn of_form(arguments: &Judge, to: &Output) -> Result<u8> {
+    let given = [
+        ("--method", arguments.method.is_some()),
+        ("--gamma0", arguments.gamma0.is_some()),
+        ("--field", arguments.field.is_some()),
+        ("--mesh", arguments.mesh.is_some()),
+    ];
+    if let Some((option, _)) = given.iter().find(|(_, is_given)| *is_given) {
+        let what = format!("{option} is for scenes, and {} is a form", arguments.scene);
+        return Err(Error::usage(what, "leave it out"));
+    }
+    let path = Path::new(&arguments.scene);
+    let result = io::open(&arguments.result, meshio_python().as_deref())?.mesh;
+    let dim = result.dim();
+    let cells = result
+        .cells()
+        .filter(|(_, kind, _)| kind.dim() == dim)
+        .count();
+    let mut form = FormFile::read(path, arguments.n.map(|n| n as usize))?;
+    let fits = |form: &FormFile| {
+        form.mesh
+            .cells()
+            .filter(|(_, kind, _)| kind.dim() == dim)
+            .count()
+            == cells
+    };
+    if arguments.n.is_none() && !fits(&form) {
+        for n in form.levels.clone() {
+            let other = FormFile::read(path, Some(n))?;
+            if fits(&other) {
+                form = other;
+                break;
+            }
+        }
+    }
+    let judged = own::judge(&form.problem, &form.mesh, &result)?;
+    let written: Vec<Written> = result
+        .fields
+        .iter()
+        .map(|field| Written::of(&field.values.to_f64()))
+        .collect();
+    let judgement = FormJudgement::new(&arguments.result, &form.problem, judged, &written);
+    let inputs = vec![arguments.result.clone(), path.to_owned()];
+    deliver(&report::judge_form(&judgement, inputs)?, to)?;
     Ok(code(judgement.verdict))
 }

@@ -21,6 +21,8 @@ pub struct FormFile {
     pub mesh: Mesh,
     /// The file of the mesh, where it is not generated.
     pub mesh_file: Option<PathBuf>,
+    /// The refinements that the file names.
+    pub levels: Vec<usize>,
 }
 
 impl FormFile {
@@ -50,6 +52,7 @@ impl FormFile {
             problem,
             mesh,
             mesh_file,
+            levels,
         })
     }
 }
