@@ -18,6 +18,7 @@ mod forms;
 mod given;
 mod hunt;
 mod judge;
+mod judge_forms;
 mod matrix;
 mod mesh_faults;
 mod mesh_formats;

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::json::csv;
 use super::model::{Block, Report, Suite, TestCase, Todo, short, table, word};
-use crate::run::Written;
+use crate::run::{RESIDUAL_TOLERANCE, Written};
 use crate::text::number::{number, place, size, whole};
 use crate::text::{Text, text};
 use faceoff_form::Problem;
@@ -17,7 +17,7 @@ use faceoff_mesh::error::Result;
 
 /// A residual of no more than this, of rows over the sizes of their terms, is rounding: what solvers of linear systems leave, and Newton's
 /// method with its last increment.
-const ROUNDING: f64 = 1e-11;
+const ROUNDING: f64 = RESIDUAL_TOLERANCE;
 /// Of numbers that were rounded when they were written, a row may be off by so many of their last digits.
 const WRITTEN: f64 = 4.0;
 /// Rows that are told one by one.

@@ -1,5 +1,6 @@
 //! dolfinx: the form in UFL as it was written, with UFL's own derivative; releases from 0.5 on.
 
+use faceoff_fem::scene::expression::Function;
 use faceoff_fem::scene::expression::syntax::Term;
 
 use super::Code;
@@ -115,7 +116,10 @@ fn write(problem: &mut Problem) -> Result<String, String> {
     if uses("cofac") {
         s += COFACTORS;
     }
-    if uses("atan2") {
+    let of_held = held.iter().flat_map(|held| held.values.iter().copied());
+    let nodes = problem.scalars.nodes_of(of_held);
+    let is_angle = |id: &Id| matches!(problem.scalars.node(*id), Node::Call(Function::Atan2, ..));
+    if uses("atan2") || is_whole && nodes.iter().any(is_angle) {
         s += "atan2 = getattr(ufl, \"atan2\", None) or ufl.atan_2\n";
     }
     s += "x = SpatialCoordinate(mesh)\n";

@@ -1,0 +1,255 @@
+//! Weak forms by this program and by dolfinx, in one run: assembling the matrix and the vector beside the compiled kernels of dolfinx, and
+//! Newton's method beside that of dolfinx with MUMPS.
+//!
+//! ```sh
+//! cargo bench --bench forms
+//! cargo bench --bench forms -- --quick
+//! ```
+//!
+//! Each code has a process of its own; what is timed is repeated, and the shortest time counts. Reading the mesh, compiling forms, patterns
+//! of matrices and orderings that are used again are not part of assembling. dolfinx runs in one process.
+//!
+//! Among the tests, without a word, it solves small forms by this program.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+
+use clap::Parser;
+use faceoff_form::own::{self, Assembler, State, Wanted};
+use faceoff_form::{Problem, codes::Code};
+use faceoff_mesh::mesh::Mesh;
+use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+
+type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
+
+#[derive(Parser)]
+struct Arguments {
+    /// Small meshes: does it run?
+    #[arg(long)]
+    quick: bool,
+    /// Time this row by this program alone
+    #[arg(long, hide = true)]
+    own: Option<usize>,
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+/// A form on a mesh of 2 or 3 dimensions.
+struct Row {
+    name: &'static str,
+    dim: usize,
+    /// Of the mesh, and of the small one.
+    n: [usize; 2],
+    is_solved: bool,
+    text: &'static str,
+}
+
+const ROWS: [Row; 6] = [
+    Row {
+        name: "assemble P1 Laplace",
+        dim: 2,
+        n: [707, 16],
+        is_solved: false,
+        text: "[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))*dx - exp(x)*v*dx\"\n",
+    },
+    Row {
+        name: "assemble P2 elasticity",
+        dim: 3,
+        n: [26, 3],
+        is_solved: false,
+        text: "[spaces]\nu = \"P2^3\"\n[form]\nF = \"2*inner(sym(grad(u)), sym(grad(v)))*dx + 1.5*div(u)*div(v)*dx - v[2]*dx\"\ndegree = 2\n",
+    },
+    Row {
+        name: "assemble Taylor–Hood",
+        dim: 2,
+        n: [224, 8],
+        is_solved: false,
+        text: "[spaces]\nu = \"P2^2\"\np = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))*dx + dot(dot(grad(u), u), v)*dx - p*div(v)*dx - q*div(u)*dx - x*v[0]*dx\"\n",
+    },
+    Row {
+        name: "solve minimal surface, P1",
+        dim: 2,
+        n: [256, 8],
+        is_solved: true,
+        text: "[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))/sqrt(1 + inner(grad(u), grad(u)))*dx\"\n[dirichlet]\nleft = \"x*y\"\nright = \"sin(y)\"\n\
+               top = \"x^2\"\nbottom = 0\n",
+    },
+    Row {
+        name: "solve Navier–Stokes, Taylor–Hood",
+        dim: 2,
+        n: [64, 4],
+        is_solved: true,
+        text: "[spaces]\nu = \"P2^2\"\np = \"P1\"\n[form]\nF = \"0.1*inner(grad(u), grad(v))*dx + dot(dot(grad(u), u), v)*dx - p*div(v)*dx - q*div(u)*dx\"\n[dirichlet]\n\
+               u = { left = [\"4*y*(1 - y)\", 0], top = [0, 0], bottom = [0, 0] }\n",
+    },
+    Row {
+        name: "solve P2 elasticity",
+        dim: 3,
+        n: [8, 2],
+        is_solved: true,
+        text: "[spaces]\nu = \"P2^3\"\n[form]\nF = \"2*inner(sym(grad(u)), sym(grad(v)))*dx + 1.5*div(u)*div(v)*dx - v[2]*dx\"\ndegree = 2\n[dirichlet]\nleft = [0, 0, 0]\n",
+    },
+];
+
+impl Row {
+    fn mesh(&self, quick: bool) -> Mesh {
+        let n = self.n[usize::from(quick)];
+        match self.dim {
+            2 => union_jack(n, [1.0, 1.0]),
+            _ => union_cube(n, [1.0; 3]),
+        }
+    }
+
+    fn problem(&self, mesh: &Mesh) -> Outcome<Problem> {
+        let text = format!("name = \"bench\"\n{}", self.text);
+        Ok(Problem::parse(Path::new("bench.toml"), &text, mesh)?)
+    }
+}
+
+/// The shortest of some times, in seconds: so many, or as many as fit into ten seconds.
+fn shortest(mut run: impl FnMut() -> Outcome<()>) -> Outcome<f64> {
+    let all = Instant::now();
+    let mut least = f64::INFINITY;
+    for k in 0..7 {
+        if k > 0 && all.elapsed().as_secs_f64() > 10.0 {
+            break;
+        }
+        let clock = Instant::now();
+        run()?;
+        least = least.min(clock.elapsed().as_secs_f64());
+    }
+    Ok(least)
+}
+
+fn own(row: &Row, quick: bool) -> Outcome<f64> {
+    let mesh = row.mesh(quick);
+    let problem = row.problem(&mesh)?;
+    if row.is_solved {
+        return shortest(|| Ok(drop(own::solve(&problem, &mesh)?)));
+    }
+    let assembler = Assembler::new(&problem, &mesh)?;
+    let u: Vec<f64> = (0..assembler.dofs.count())
+        .map(|k| (k as f64).sin())
+        .collect();
+    shortest(|| {
+        let system = assembler.assemble(
+            State {
+                u: &u,
+                old: &[],
+                parameters: &[],
+            },
+            Wanted::Both,
+        );
+        drop(std::hint::black_box(system));
+        Ok(())
+    })
+}
+
+/// What is timed in place of what follows the form in the script of dolfinx.
+const ASSEMBLE: &str = r#"
+import time
+F, J = fem.form(F), fem.form(J)
+A, b = petsc.create_matrix(J), petsc.create_vector(F)
+least = 1e9
+for k in range(5):
+    clock = time.perf_counter()
+    A.zeroEntries()
+    petsc.assemble_matrix(A, J)
+    A.assemble()
+    with b.localForm() as local:
+        local.set(0.0)
+    petsc.assemble_vector(b, F)
+    least = min(least, time.perf_counter() - clock)
+print("TIME", least)
+"#;
+
+/// In seconds; what the script says where it fails.
+fn dolfinx(row: &Row, quick: bool) -> Outcome<f64> {
+    let mesh = row.mesh(quick);
+    let problem = row.problem(&mesh)?;
+    let code = Code::of_name("dolfinx").ok_or("no dolfinx")?;
+    let script = code.script(&problem)?;
+    let newton = script.find("held = np.unique").ok_or("another script")?;
+    let (before, after) = script.split_at(newton);
+    let script = match row.is_solved {
+        // The forms are compiled before.
+        true => {
+            let end = after.find("\n\n\n").unwrap_or(after.len());
+            format!(
+                "{before}\nimport time\nclock = time.perf_counter()\n{}\nprint(\"TIME\", time.perf_counter() - clock)\n",
+                &after[..end]
+            )
+        }
+        false => {
+            let at = before
+                .find("F, J = fem.form(F), fem.form(J)")
+                .ok_or("another script")?;
+            format!("{}{ASSEMBLE}", &before[..at])
+        }
+    };
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join(code.file(&problem));
+    std::fs::write(&path, script)?;
+    code.write_mesh(folder.path(), &problem, &mesh)?;
+    let ran = Command::new(code.command[0])
+        .arg(&path)
+        .env("OMP_NUM_THREADS", "1")
+        .current_dir(folder.path())
+        .output()?;
+    let text = String::from_utf8_lossy(&ran.stdout);
+    let time = text.lines().find_map(|line| line.strip_prefix("TIME "));
+    let time = time.ok_or_else(|| {
+        String::from_utf8_lossy(&ran.stderr)
+            .lines()
+            .last()
+            .unwrap_or_default()
+            .to_owned()
+    })?;
+    Ok(time.parse()?)
+}
+
+fn main() -> Outcome<()> {
+    let arguments = Arguments::parse();
+    if let Some(row) = arguments.own {
+        println!("{}", own(&ROWS[row], arguments.quick)?);
+        return Ok(());
+    }
+    if !arguments.bench && !arguments.quick {
+        for row in &ROWS {
+            own(row, true)?;
+        }
+        return Ok(());
+    }
+    println!(
+        "{:<34}{:>10}{:>12}{:>12}{:>12}{:>9}",
+        "seconds", "cells", "1 thread", "all cores", "dolfinx", "ratio"
+    );
+    for (k, row) in ROWS.iter().enumerate() {
+        let cells = row
+            .mesh(arguments.quick)
+            .cells()
+            .filter(|(_, kind, _)| usize::from(kind.dim()) == row.dim)
+            .count();
+        let with = |threads: Option<&str>| -> Outcome<f64> {
+            let mut command = Command::new(std::env::current_exe()?);
+            command.arg("--own").arg(k.to_string());
+            command.args(arguments.quick.then_some("--quick"));
+            command.envs(threads.map(|n| ("RAYON_NUM_THREADS", n)));
+            Ok(String::from_utf8(command.output()?.stdout)?
+                .trim()
+                .parse()?)
+        };
+        let (one, all) = (with(Some("1"))?, with(None)?);
+        let (theirs, ratio) = match dolfinx(row, arguments.quick) {
+            Ok(time) => (format!("{time:.4}"), format!("{:.2}", time / one)),
+            Err(why) => (why.to_string(), String::new()),
+        };
+        println!(
+            "{:<34}{cells:>10}{one:>12.4}{all:>12.4}{theirs:>12}{ratio:>9}",
+            row.name
+        );
+    }
+    println!("ratio: dolfinx's time over that of one thread");
+    Ok(())
+}

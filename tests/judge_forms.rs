@@ -1,0 +1,221 @@
+//! `faceoff judge` with a form: results of real codes that solve it, and of real codes whose scripts were changed.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::common::{assert_valid, folder, run, source};
+
+/// Writes the script of a code with one text instead of another, runs it, and returns its result.
+fn result(at: &Path, form: &str, code: &str, (from, to): (&str, &str)) -> String {
+    let file = format!("{form}.toml");
+    fs::copy(source("examples/forms").join(&file), at.join(&file)).unwrap();
+    let ran = run(at, &["write", &file, "--for", code, "-o", "out"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let (script, mut command) = match code {
+        "freefem" => (format!("out/{form}.edp"), Command::new("FreeFem++-nw")),
+        _ => (
+            format!("out/{form}_dolfinx.py"),
+            Command::new("/usr/bin/python3"),
+        ),
+    };
+    let text = fs::read_to_string(at.join(&script)).unwrap();
+    assert!(text.contains(from), "{script} does not contain {from}");
+    fs::write(at.join(&script), text.replace(from, to)).unwrap();
+    let out = command.current_dir(at).arg(&script).output().unwrap();
+    assert!(
+        out.status.success(),
+        "{}",
+        String::from_utf8_lossy(&out.stdout)
+    );
+    let suffix = if code == "freefem" { "" } else { "_dolfinx" };
+    format!("out/{form}{suffix}.vtu")
+}
+
+fn judge(at: &Path, form: &str, result: &str) -> (Option<i32>, Value) {
+    let file = format!("{form}.toml");
+    let words = [
+        "judge", result, "--scene", &file, "--json", "o.json", "--report", "page", "--junit",
+        "j.xml",
+    ];
+    let ran = run(at, &words);
+    assert_valid(
+        "json",
+        "src/report/schema/judge-form-1.json",
+        &at.join("o.json"),
+    );
+    assert_valid("xsd", "tests/junit.xsd", &at.join("j.xml"));
+    let told = fs::read_to_string(at.join("o.json")).unwrap();
+    (ran.code, serde_json::from_str(&told).unwrap())
+}
+
+/// The term whose factor explains all of the residual, and the factor.
+fn culprit(told: &Value) -> Option<(String, f64)> {
+    let mut terms = told["terms"].as_array().unwrap().iter();
+    let found = terms.find(|term| term["left"].as_f64().is_some_and(|left| left < 1e-3))?;
+    Some((
+        found["term"].as_str().unwrap().to_owned(),
+        found["factor"].as_f64().unwrap(),
+    ))
+}
+
+#[test]
+fn what_codes_find_solves_the_form() {
+    for form in [
+        "poisson",
+        "darcy",
+        "stokes-closed",
+        "minimal-surface",
+        "interior-penalty",
+    ] {
+        for code in ["freefem", "dolfinx"] {
+            let folder = folder();
+            let at = folder.path();
+            let found = result(at, form, code, ("", ""));
+            let (exit, told) = judge(at, form, &found);
+            assert_eq!(exit, Some(0), "{form} by {code}: {told}");
+            assert!(
+                told["residual"].as_f64().unwrap() < 1e-13,
+                "{form} by {code}: {told}"
+            );
+        }
+    }
+}
+
+#[test]
+fn faults_planted_in_scripts_are_told_with_their_terms() {
+    let factors = [
+        (
+            "poisson",
+            "freefem",
+            "(-t)*v",
+            "(t)*v",
+            "t*v*ds(right)",
+            -1.0,
+        ),
+        (
+            "poisson",
+            "dolfinx",
+            "- f*v*dx",
+            "- 1.001*f*v*dx",
+            "f*v*dx",
+            1.001,
+        ),
+        (
+            "stokes-closed",
+            "dolfinx",
+            "nu*inner",
+            "0.99*nu*inner",
+            "nu*inner(grad(u), grad(v))*dx",
+            0.99,
+        ),
+        (
+            "minimal-surface",
+            "dolfinx",
+            "F = (\n    ",
+            "F = 1e-3*v*dx + (\n    ",
+            "",
+            0.0,
+        ),
+    ];
+    for (form, code, from, to, term, factor) in factors {
+        let folder = folder();
+        let at = folder.path();
+        let found = result(at, form, code, (from, to));
+        let (exit, told) = judge(at, form, &found);
+        assert_eq!(exit, Some(1), "{form}: {told}");
+        assert_eq!(told["verdict"], "disagree");
+        match term {
+            "" => assert_eq!(culprit(&told), None, "{told}"),
+            _ => {
+                let (name, by) = culprit(&told).unwrap_or_else(|| panic!("{told}"));
+                assert_eq!(name, term);
+                assert!((by - factor).abs() < 1e-6, "{by}");
+            }
+        }
+    }
+}
+
+#[test]
+fn dirichlet_values_that_are_off_are_told_with_their_place() {
+    let changes = [
+        (
+            "freefem",
+            "value2(du, v) = on(3, du = exp",
+            "value2(du, v) = on(3, du = 1.001*exp",
+        ),
+        (
+            "dolfinx",
+            "hold(V, 3, lambda x: np.exp",
+            "hold(V, 3, lambda x: 1.001*np.exp",
+        ),
+    ];
+    for (code, from, to) in changes {
+        let folder = folder();
+        let at = folder.path();
+        let found = result(at, "poisson", code, (from, to));
+        let (exit, told) = judge(at, "poisson", &found);
+        assert_eq!(
+            (exit, told["failing"].as_u64()),
+            (Some(1), Some(0)),
+            "{told}"
+        );
+        // The top, where y = 1.
+        let held = told["held"].as_array().unwrap();
+        assert!(
+            !held.is_empty() && held.iter().all(|row| row["at"][1] == 1.0),
+            "{told}"
+        );
+        assert!(
+            (told["dirichlet"].as_f64().unwrap() - 1e-3).abs() < 1e-5,
+            "{told}"
+        );
+    }
+}
+
+#[test]
+fn what_is_no_result_of_the_form_is_not_judged() {
+    let folder = folder();
+    let at = folder.path();
+    let found = result(at, "poisson", "freefem", ("", ""));
+    let text = fs::read_to_string(at.join(&found)).unwrap();
+    let form = fs::read_to_string(at.join("poisson.toml")).unwrap();
+    let other = |name: &str, from: &str, to: &str| {
+        assert!(form.contains(from));
+        fs::write(at.join(name), form.replace(from, to)).unwrap();
+    };
+    fs::write(at.join("other.vtu"), text.replace("Name='u'", "Name='w'")).unwrap();
+    other("linear.toml", "u = \"P2\"", "u = \"P1\"");
+    other("coarse.toml", "n = [4, 8, 16]", "n = 2");
+    let cases = [
+        ("other.vtu", "poisson.toml", "0 fields `u`"),
+        (&found, "linear.toml", "is no function of P1"),
+        (
+            &found,
+            "coarse.toml",
+            "the result has 32 cells, and the form's mesh 8",
+        ),
+    ];
+    for (result, form, what) in cases {
+        let ran = run(at, &["judge", result, "--scene", form, "--json", "o.json"]);
+        assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+        assert!(ran.stderr.contains(what), "{}", ran.stderr);
+        assert_valid(
+            "json",
+            "src/report/schema/judge-form-1.json",
+            &at.join("o.json"),
+        );
+    }
+    let ran = run(
+        at,
+        &["judge", &found, "--scene", "poisson.toml", "--gamma0", "3"],
+    );
+    assert_eq!(ran.code, Some(2));
+    assert!(
+        ran.stderr.contains("--gamma0 is for scenes"),
+        "{}",
+        ran.stderr
+    );
+}
