@@ -518,7 +518,7 @@ fn datum(random: &mut Random, depth: usize) -> String {
         2 => format!("({a})/(1 + ({b})^2)"),
         3 => format!("abs({a} - {b})"),
         4 => format!("max({a}, {b})"),
-        5 => format!("conditional({a} < {b}, {a}, 1 - ({b}))"),
+        5 => format!("conditional({a} < {b} + 0.0123, {a}, 1 - ({b}))"),
         6 => format!("sqrt(1 + ({a})^2)"),
         7 => format!("atan2({a}, 1 + ({b})^2)"),
         8 => format!("-({a})^3"),
@@ -605,17 +605,17 @@ fn random_form(random: &mut Random) -> String {
         _ if is_whole => (
             vec!["(1 + a^2)*div(u)*div(v)*dx + dot(u, v)*dx".to_owned()],
             WHOLE,
-            "dot(b, v)*f*dx",
+            "(0.3 + f)*dot(b, v)*dx",
         ),
         true => (
             vec!["inner((1 + a^2)*sym(grad(u)), sym(grad(v)))*dx + dot(u, v)*dx".to_owned()],
             VECTOR,
-            "dot(b, v)*f*dx",
+            "(0.3 + f)*dot(b, v)*dx",
         ),
         false => (
             vec!["(1 + a^2)*inner(grad(u), grad(v))*dx + u*v*dx".to_owned()],
             SCALAR,
-            "f*v*dx",
+            "(0.3 + f)*v*dx",
         ),
     };
     if is_broken {

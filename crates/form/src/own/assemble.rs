@@ -101,8 +101,13 @@ impl Assembler {
             works,
             parts: Vec::new(),
         };
-        assembler.parts = assembler.divide(parallel::threads());
+        assembler.divide_into(parallel::threads());
         Ok(assembler)
+    }
+
+    /// Gives each of so many cores a range of rows.
+    pub(super) fn divide_into(&mut self, count: usize) {
+        self.parts = self.divide(count);
     }
 
     /// Ranges of nodes of about equal work.
@@ -193,6 +198,7 @@ impl Assembler {
             let mut scratch = Scratch::default();
             let works = self.works.iter().zip(entities).enumerate();
             for (_, (work, entities)) in works.filter(|(k, _)| is_wanted(*k)) {
+                scratch.products.clear();
                 let room = ROOM / (work.size * work.size).max(1);
                 let most = (room / 8 * 8).clamp(8, MOST);
                 for entities in entities

@@ -1,12 +1,15 @@
 //! The integrals of a batch of cells or facets at a time: geometry, fields at the points, operations, and sums over the points.
 
+use std::collections::HashMap;
+use std::ops::Range;
+
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
 use super::dofs::Dofs;
-use super::element::{carriers, vectors};
+use super::element::{Table, carriers, vectors};
 use super::held::sign;
 use super::tape::{Memory, Slot};
-use super::work::{Entity, Given, Work, order};
+use super::work::{Block, Entity, Given, Work, order};
 use crate::problem::{Domain, Problem};
 use crate::scalar::{Node, Side};
 
@@ -42,6 +45,8 @@ pub struct Scratch {
     pub vector: Vec<f64>,
     pub matrix: Vec<f64>,
     spare: Vec<f64>,
+    /// Integrals of products of basis functions of the integral that is evaluated, by blocks, orders and placements.
+    pub products: HashMap<[u16; 5], Vec<(usize, usize, f64)>>,
 }
 
 /// A batch: entities of one placement.
@@ -286,9 +291,9 @@ impl Batch<'_> {
         let (dim, n, work) = (self.mesh.dim, self.entities.len(), self.work);
         s.matrix.clear();
         s.matrix.resize(work.size * work.size * n, 0.0);
-        for (a, b, pairs) in &work.matrix {
+        for (pair, (a, b, pairs)) in work.matrix.iter().enumerate() {
             let [a, b] = [&work.blocks[*a], &work.blocks[*b]];
-            let table = |block: &super::work::Block| {
+            let table = |block: &Block| {
                 let place = self.entities[0].places[block.side];
                 &work.placements[usize::from(place)].tables[block.shape]
             };
@@ -360,28 +365,15 @@ impl Batch<'_> {
                                 }
                             }
                             false => {
-                                for i in 0..a.count {
-                                    for j in 0..b.count {
-                                        let at = ((a.start + i) * work.size + b.start + j) * n;
-                                        for (k, r) in rs.clone().enumerate() {
-                                            for (l, t) in ss.clone().enumerate() {
-                                                let products = work.weights.iter().enumerate();
-                                                let weight: f64 = products
-                                                    .map(|(q, w)| {
-                                                        w * left.row(r, q)[i] * right.row(t, q)[j]
-                                                    })
-                                                    .sum();
-                                                if weight.abs() > ROUNDING {
-                                                    let from = (k * ss.len() + l) * n;
-                                                    add_to(
-                                                        &mut s.matrix[at..at + n],
-                                                        weight,
-                                                        &s.sums[from..from + n],
-                                                    );
-                                                }
-                                            }
-                                        }
-                                    }
+                                let places = self.entities[0].places;
+                                let key =
+                                    [pair as u16, of_a as u16, of_b as u16, places[0], places[1]];
+                                let products = s.products.entry(key).or_insert_with(|| {
+                                    self.products([a, b], [left, right], [&rs, &ss])
+                                });
+                                for (at, from, weight) in &*products {
+                                    let sums = &s.sums[from * n..(from + 1) * n];
+                                    add_to(&mut s.matrix[at * n..(at + 1) * n], *weight, sums);
                                 }
                             }
                         }
@@ -389,6 +381,34 @@ impl Batch<'_> {
                 }
             }
         }
+    }
+
+    /// The integrals of products of derivatives of basis functions by reference coordinates, that are not 0, over the measure: their place in
+    /// the matrix and among the coefficients.
+    fn products(
+        &self,
+        [a, b]: [&Block; 2],
+        [left, right]: [&Table; 2],
+        [rs, ss]: [&Range<usize>; 2],
+    ) -> Vec<(usize, usize, f64)> {
+        let mut all = Vec::new();
+        for i in 0..a.count {
+            for j in 0..b.count {
+                let at = (a.start + i) * self.work.size + b.start + j;
+                for (k, r) in rs.clone().enumerate() {
+                    for (l, t) in ss.clone().enumerate() {
+                        let points = self.work.weights.iter().enumerate();
+                        let products =
+                            points.map(|(q, w)| w * left.row(r, q)[i] * right.row(t, q)[j]);
+                        let weight: f64 = products.sum();
+                        if weight.abs() > ROUNDING {
+                            all.push((at, k * ss.len() + l, weight));
+                        }
+                    }
+                }
+            }
+        }
+        all
     }
 
     /// Goes over from the linear functions of components to basis functions of vectors as a whole: these take the place of the first ones.

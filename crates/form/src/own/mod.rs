@@ -13,6 +13,8 @@ mod output;
 mod read;
 mod solve;
 mod tape;
+#[cfg(test)]
+mod tests;
 mod work;
 
 pub use assemble::{Assembler, System, Wanted};

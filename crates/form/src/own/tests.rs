@@ -1,0 +1,159 @@
+//! What no other code can tell: that matrices are derivatives, that sums do not depend on the number of cores, and what is refused.
+
+use std::path::Path;
+
+use faceoff_mesh::mesh::Mesh;
+use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+
+use super::{Assembler, State, Wanted, output, solve};
+use crate::problem::Problem;
+
+fn problem(text: &str, mesh: &Mesh) -> Problem {
+    let text = format!("name = \"test\"\n{text}");
+    Problem::parse(Path::new("test.toml"), &text, mesh).unwrap()
+}
+
+/// Values without a pattern.
+fn values(count: usize, step: f64) -> Vec<f64> {
+    (0..count).map(|k| (step * k as f64).sin()).collect()
+}
+
+const FORMS: [(usize, &str); 4] = [
+    (
+        2,
+        "[spaces]\nu = \"P3\"\nw = \"DG1^2\"\n[form]\nF = \"exp(u)*inner(grad(u), grad(v))*dx + u^3*dot(w, test.w)*dx + sqrt(1 + jump(w, n)^2)*avg(v)*dS + u*w[0]*v*ds + dot(w, w)*div(test.w)*dx\"\n",
+    ),
+    (
+        2,
+        "[spaces]\nq = \"RT0\"\np = \"N1curl\"\n[form]\nF = \"dot(q, q)*dot(q, test.q)*dx + div(q)^2*div(test.q)*dx + curl(p)*dot(q, test.p)*dx + dot(q, n)^3*dot(test.q, n)*ds + dot(p, q)*curl(test.p)*dx\"\n",
+    ),
+    (
+        3,
+        "[spaces]\nu = \"P2^3\"\np = \"CR\"\n[form]\nF = \"det(Identity(3) + grad(u))*div(v)*dx + p^2*dot(u, v)*dx + dot(grad(p), u)*q*dx + avg(p)*dot(avg(u), avg(u))*avg(q)*dS\"\n",
+    ),
+    (
+        3,
+        "[spaces]\nu = \"N1curl\"\n[form]\nF = \"dot(curl(u), curl(u))*dot(u, v)*dx + dot(u, u)*dot(curl(u), curl(v))*dx + dot(cross(n, u), cross(n, v))*u[0]*ds\"\n",
+    ),
+];
+
+fn mesh(dim: usize) -> Mesh {
+    if dim == 2 {
+        union_jack(3, [1.0, 0.7])
+    } else {
+        union_cube(2, [1.0, 0.8, 0.9])
+    }
+}
+
+/// Differences of the residual are the matrix times the direction.
+#[test]
+fn the_matrix_is_the_derivative_of_the_residual() {
+    for (dim, text) in FORMS {
+        let mesh = mesh(dim);
+        let assembler = Assembler::new(&problem(text, &mesh), &mesh).unwrap();
+        let count = assembler.dofs.count();
+        let (u, d) = (values(count, 0.7), values(count, 1.3));
+        let state = |u| State {
+            u,
+            old: &[],
+            parameters: &[],
+        };
+        let matrix = assembler.assemble(state(&u), Wanted::Both).matrix;
+        let mut slope = vec![0.0; count];
+        assembler
+            .pattern
+            .for_rows(&assembler.dofs, |dof, columns, at| {
+                let entries = columns.iter().zip(&matrix[at..]);
+                slope[dof] = entries.map(|(column, a)| a * d[*column as usize]).sum();
+            });
+        let eps = 1e-5;
+        let at = |t: f64| {
+            let moved: Vec<f64> = u.iter().zip(&d).map(|(u, d)| u + t * d).collect();
+            assembler.assemble(state(&moved), Wanted::Residual).residual
+        };
+        let size = slope.iter().fold(0.0_f64, |most, s| most.max(s.abs()));
+        for ((after, before), slope) in at(eps).iter().zip(at(-eps)).zip(&slope) {
+            let difference = (after - before) / (2.0 * eps);
+            assert!(
+                (difference - slope).abs() < 1e-7 * size,
+                "{difference} {slope}: {text}"
+            );
+        }
+    }
+}
+
+/// Bit for bit.
+#[test]
+fn sums_do_not_depend_on_how_rows_are_divided() {
+    for (dim, text) in FORMS {
+        let mesh = mesh(dim);
+        let mut assembler = Assembler::new(&problem(text, &mesh), &mesh).unwrap();
+        let u = values(assembler.dofs.count(), 0.7);
+        let state = State {
+            u: &u,
+            old: &[],
+            parameters: &[],
+        };
+        let of = |count: usize, assembler: &mut Assembler| {
+            assembler.divide_into(count);
+            let system = assembler.assemble(state, Wanted::Both);
+            (system.residual, system.matrix)
+        };
+        let one = of(1, &mut assembler);
+        for count in [2, 3, 7] {
+            assert_eq!(of(count, &mut assembler), one, "{count} parts: {text}");
+        }
+    }
+}
+
+#[test]
+fn what_has_no_solution_is_an_error_with_a_sentence() {
+    let mesh = union_jack(3, [1.0, 1.0]);
+    let refused = [
+        (
+            "[spaces]\nu = \"P2\"\n[form]\nF = \"inner(grad(u), grad(v))*dx + dot([1, 0], grad(u))*v*dx - v*dx\"\n",
+            "singular",
+        ),
+        (
+            "[spaces]\nu = \"P1\"\n[form]\nF = \"u*v*dx - log(x - 2)*v*dx\"\n",
+            "not finite",
+        ),
+        (
+            "[spaces]\nu = \"P1\"\n[form]\nF = \"u*v*dx\"\n[dirichlet]\nleft = \"1/x\"\n",
+            "Dirichlet value",
+        ),
+        (
+            "[spaces]\nu = \"P1\"\n[form]\nF = \"(exp(u) + u^2 + 1)*v*dx\"\n",
+            "test",
+        ),
+        // Pressures that velocities do not see.
+        (
+            "[spaces]\nu = \"P1^2\"\np = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))*dx - p*div(v)*dx - q*div(u)*dx - v[0]*dx\"\n[dirichlet]\n\
+          u = { left = [0, 0], bottom = [0, 0], top = [0, 0] }\n",
+            "",
+        ),
+    ];
+    for (text, what) in refused {
+        let found = solve(&problem(text, &mesh), &mesh);
+        match (found, what) {
+            (Err(error), _) => assert!(error.to_string().contains(what), "{error}"),
+            // Whether the last is singular depends on the mesh.
+            (Ok(_), "") => {}
+            (Ok(_), _) => panic!("solved: {text}"),
+        }
+    }
+}
+
+/// Values at nodes are those of the function: a quadratic solution is found.
+#[test]
+fn a_quadratic_solution_is_found() {
+    let mesh = union_cube(2, [1.0; 3]);
+    let text = "[spaces]\nu = \"P2\"\n[form]\nF = \"inner(grad(u), grad(v))*dx + 2*v*dx - 2*x*v*ds(right)\"\ndegree = 2\nfacet_degree = 2\n[dirichlet]\nleft = \"x^2 - y*z\"\n\
+                top = \"x^2 - y*z\"\nbottom = \"x^2 - y*z\"\nfront = \"x^2 - y*z\"\nback = \"x^2 - y*z\"\n";
+    let solution = solve(&problem(text, &mesh), &mesh).unwrap();
+    assert_eq!(solution.steps, 2);
+    let (mesh, fields) = output(&solution.assembler, &solution.u);
+    for (value, [x, y, z]) in fields[0].values.to_f64().iter().zip(mesh.points.iter()) {
+        assert!((value - (x * x - y * z)).abs() < 1e-13);
+    }
+}
