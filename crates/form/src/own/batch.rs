@@ -468,7 +468,7 @@ fn pairs(dim: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 /// The derivatives by reference coordinates of an order.
-fn references(order: usize, dim: usize) -> std::ops::Range<usize> {
+fn references(order: usize, dim: usize) -> Range<usize> {
     match order {
         0 => 0..1,
         1 => 1..1 + dim,

@@ -51,7 +51,7 @@ pub struct Term {
     pub text: String,
     /// Its largest row, over the sizes of rows.
     pub largest: f64,
-    /// If the code solves the form with this term times a factor: the factor that leaves least, and the part of the residual that it leaves.
+    /// Where there are other terms, and if the code solves the form with this term times a factor: the factor that leaves least, and the part of the residual that it leaves.
     pub factor: Option<(f64, f64)>,
 }
 
@@ -203,7 +203,7 @@ pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh) -> Result<Judged> 
     let texts = texts(problem);
     let term = |(values, text): (&Vec<f64>, String)| {
         let square = dot(values, values);
-        let factor = (square > 0.0 && total > 0.0).then(|| {
+        let factor = (square > 0.0 && total > 0.0 && terms.len() > 1).then(|| {
             let c = -dot(&residual, values) / square;
             let left: f64 = (0..u.len())
                 .filter(|k| is_free(*k))
