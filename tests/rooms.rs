@@ -378,6 +378,7 @@ fn no_more_than_two_files_use_each_other() {
         "crates/mesh/src",
         "crates/judge/src",
         "crates/fem/src",
+        "crates/form/src",
     ] {
         let home = source(home);
         let texts = files(&home).into_iter().map(|path| {
