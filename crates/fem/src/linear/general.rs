@@ -32,7 +32,7 @@ pub struct General {
 enum Factor {
     Cholesky(Llt<usize, f64>),
     /// Of the transpose: the rows here are its columns.
-    Gauss(Lu<usize, f64>),
+    Gauss(Box<Lu<usize, f64>>),
 }
 
 fn refuse(what: impl Into<String>) -> Error {
@@ -88,7 +88,7 @@ impl General {
                     .map_err(|e| refuse(format!("the factors cannot be laid out: {e:?}")))?;
                 let factor = Lu::try_new_with_symbolic(symbolic, matrix)
                     .map_err(|e| refuse(format!("the matrix is singular: {e:?}")))?;
-                Factor::Gauss(factor)
+                Factor::Gauss(Box::new(factor))
             }
         };
         let general = General {

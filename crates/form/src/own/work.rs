@@ -73,6 +73,9 @@ pub struct Nodal {
     pub components: Vec<Slot>,
 }
 
+/// Derivatives of the test function and the increment, and the coefficient.
+type Entries = Vec<(usize, usize, Id)>;
+
 /// Coefficients of pairs of derivatives.
 pub type Pairs = Vec<(usize, usize, Slot)>;
 
@@ -176,7 +179,7 @@ impl Work {
                 vector.push((find(k, leaf), derivative(leaf, dim), inlined(problem, *id)));
             }
         }
-        let mut matrix: BTreeMap<(usize, usize), Vec<(usize, usize, Id)>> = BTreeMap::new();
+        let mut matrix: BTreeMap<(usize, usize), Entries> = BTreeMap::new();
         for ((test, increment), id) in by {
             if let (Field::Test(k), Field::Increment(l)) = (test.field, increment.field) {
                 let pair = (find(k, &test), find(l, &increment));
@@ -242,7 +245,7 @@ impl Work {
                 }),
             }
         }
-        let slots = |pairs: Vec<(usize, usize, Id)>| -> Pairs {
+        let slots = |pairs: Entries| -> Pairs {
             pairs
                 .into_iter()
                 .map(|(a, b, id)| (a, b, tape.slot(id)))
