@@ -51,14 +51,14 @@ const ROWS: [Row; 6] = [
         dim: 2,
         n: [707, 16],
         is_solved: false,
-        text: "[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))*dx - exp(x)*v*dx\"\n",
+        text: "[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))*dx - exp(x)*v*dx\"\n[dirichlet]\nleft = 0\n",
     },
     Row {
         name: "assemble P2 elasticity",
         dim: 3,
         n: [26, 3],
         is_solved: false,
-        text: "[spaces]\nu = \"P2^3\"\n[form]\nF = \"2*inner(sym(grad(u)), sym(grad(v)))*dx + 1.5*div(u)*div(v)*dx - v[2]*dx\"\ndegree = 2\n",
+        text: "[spaces]\nu = \"P2^3\"\n[form]\nF = \"2*inner(sym(grad(u)), sym(grad(v)))*dx + 1.5*div(u)*div(v)*dx - v[2]*dx\"\ndegree = 2\n[dirichlet]\nleft = [0, 0, 0]\n",
     },
     Row {
         name: "assemble Taylor–Hood",
@@ -72,8 +72,8 @@ const ROWS: [Row; 6] = [
         dim: 2,
         n: [256, 8],
         is_solved: true,
-        text: "[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))/sqrt(1 + inner(grad(u), grad(u)))*dx\"\n[dirichlet]\nleft = \"x*y\"\nright = \"sin(y)\"\n\
-               top = \"x^2\"\nbottom = 0\n",
+        text: "[spaces]\nu = \"P1\"\n[form]\nF = \"inner(grad(u), grad(v))/sqrt(1 + inner(grad(u), grad(u)))*dx\"\n[dirichlet]\nleft = 0\nright = \"y\"\n\
+               top = \"x\"\nbottom = 0\n",
     },
     Row {
         name: "solve Navier–Stokes, Taylor–Hood",
