@@ -301,7 +301,7 @@ fn runs_of_forms_are_kept_and_recorded() {
     let folder = folder();
     let at = folder.path();
     let file = form(at, "convection", "rtol", "rtol");
-    let first = ["--n", "4", "--engines", "freefem,dolfinx"];
+    let first = ["--n", "4", "--engines", "rust,freefem,dolfinx"];
     let kept = [&first[..], &["--resume", "runs", "--record", "record"]].concat();
     let (ran, before) = verify(at, &file, &kept);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
@@ -311,17 +311,21 @@ fn runs_of_forms_are_kept_and_recorded() {
         before["runs"], after["runs"],
         "times are those of the first run"
     );
-    let against = ["--n", "4", "--engines", "freefem", "--against", "record"];
-    let (ran, _) = verify(at, &file, &against);
-    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let against = |code| ["--n", "4", "--engines", code, "--against", "record"];
+    for code in ["rust", "freefem"] {
+        let (ran, _) = verify(at, &file, &against(code));
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    }
     let file = form(at, "convection", "c = 1.0", "c = 1.5");
-    let (ran, _) = verify(at, &file, &against);
-    assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
-    assert!(
-        ran.stderr.contains("it was another problem"),
-        "{}",
-        ran.stderr
-    );
+    for code in ["rust", "freefem"] {
+        let (ran, _) = verify(at, &file, &against(code));
+        assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
+        assert!(
+            ran.stderr.contains("it was another problem"),
+            "{}",
+            ran.stderr
+        );
+    }
 }
 
 #[test]

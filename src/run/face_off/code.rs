@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use serde_json::{Value, json};
 
-use crate::engine::{Engine, How, Left, NAMES, Script, Settings, Silent, Task, with};
+use crate::engine::{Engine, How, Left, NAMES, Script, Settings, Silent, Task, digest, with};
 use crate::run::{Setup, function};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
@@ -144,7 +144,7 @@ impl Code {
             })),
             Code::Own(own) => Ok(json!({
                 "version": env!("CARGO_PKG_VERSION"),
-                "form": format!("{:?}", own.problem),
+                "form": digest(format!("{:?}", own.problem).as_bytes()),
             })),
         }
     }

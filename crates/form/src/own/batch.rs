@@ -5,9 +5,8 @@ use std::ops::Range;
 
 use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
-use super::dofs::Dofs;
+use super::dofs::{Dofs, sign};
 use super::element::{Table, carriers, vectors};
-use super::held::sign;
 use super::tape::{Memory, Slot};
 use super::work::{Block, Entity, Given, Work, order};
 use crate::problem::{Domain, Problem};

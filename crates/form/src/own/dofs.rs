@@ -295,3 +295,13 @@ impl Pattern {
         Some(self.columns[range.start + found] as usize)
     }
 }
+
+/// The sign of a basis function of vectors: its normal points out of the first cell of a facet, its edge goes from the smaller vertex to the
+/// larger one.
+pub fn sign(mesh: &Triangulation, cell: usize, [a, b]: [usize; 2]) -> f64 {
+    let is_along = match a == b {
+        true => mesh.face_cells(mesh.cell_faces(cell)[a] as usize)[0] as usize == cell,
+        false => mesh.cell(cell)[a] < mesh.cell(cell)[b],
+    };
+    if is_along { 1.0 } else { -1.0 }
+}

@@ -5,7 +5,7 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 
 use super::assemble::Assembler;
-use super::dofs::{Dofs, is_on_facet};
+use super::dofs::{Dofs, is_on_facet, sign};
 use super::element::{Shape, carriers, vectors};
 use super::work::facets;
 use crate::problem::{Element, Problem};
@@ -200,16 +200,6 @@ fn trace(element: Element, dim: usize, u: &[f64; 3], n: &[f64; 3]) -> [f64; 3] {
         ],
         _ => [u.iter().zip(n).map(|(u, n)| u * n).sum(), 0.0, 0.0],
     }
-}
-
-/// The sign of a basis function of vectors: its normal points out of the first cell of a facet, its edge goes from the smaller vertex to the
-/// larger one.
-pub fn sign(mesh: &Triangulation, cell: usize, [a, b]: [usize; 2]) -> f64 {
-    let is_along = match a == b {
-        true => mesh.face_cells(mesh.cell_faces(cell)[a] as usize)[0] as usize == cell,
-        false => mesh.cell(cell)[a] < mesh.cell(cell)[b],
-    };
-    if is_along { 1.0 } else { -1.0 }
 }
 
 /// The unknowns at the start of steps in time; all 0 where there are none.

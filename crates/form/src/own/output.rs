@@ -3,8 +3,9 @@
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values, quadratic_edges};
 
 use super::assemble::Assembler;
+use super::dofs::sign;
 use super::element::{Shape, carriers, vectors};
-use super::held::{place, sign};
+use super::held::place;
 use crate::problem::Element;
 
 /// The cells of a result, each with nodes of its own, and fields with the names of the unknowns.

@@ -8,8 +8,8 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Field, Mesh, Support};
 
 use super::assemble::Assembler;
+use super::dofs::sign;
 use super::element::{Shape, carriers};
-use super::held::sign;
 use super::judge::centre;
 use super::output::values;
 

@@ -102,12 +102,19 @@ const MOST_DEPTH: u32 = 250;
 const MOST_NODES: usize = 100_000;
 
 /// All expressions of a problem; a node comes after those that it is made of.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct Scalars {
     nodes: Vec<Node>,
     /// The longest path from each node to an end.
     depths: Vec<u32>,
     known: HashMap<Node, Id>,
+}
+
+/// The nodes, which are all that there is to know: the same text for the same expressions.
+impl std::fmt::Debug for Scalars {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries(&self.nodes).finish()
+    }
 }
 
 impl Scalars {
