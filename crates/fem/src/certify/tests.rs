@@ -1,5 +1,7 @@
 //! The bounds against solutions that are known.
 
+use std::sync::OnceLock;
+
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -17,8 +19,8 @@ use faceoff_mesh::mesh::{CellGeometry, Triangulation};
 
 /// Points that integrate over a cell what is smooth on a sixteenth of it, in 3D on an eighth: by the share of a part in its cell.
 fn points_of_shares(dim: usize) -> impl Fn(f64) -> &'static [([f64; 4], f64)] {
-    static RULES: [[std::sync::OnceLock<Vec<([f64; 4], f64)>>; 3]; 2] =
-        [const { [const { std::sync::OnceLock::new() }; 3] }; 2];
+    type Points = OnceLock<Vec<([f64; 4], f64)>>;
+    static RULES: [[Points; 3]; 2] = [const { [const { OnceLock::new() }; 3] }; 2];
     move |share| {
         let smooth = 0.5f64.powi((dim * (4 - dim)) as i32);
         let enough = |times: &usize| share * 0.5f64.powi((dim * times) as i32) <= smooth * 1.001;
