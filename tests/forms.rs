@@ -388,7 +388,7 @@ fn the_gallery_agrees_as_the_manual_says() {
     let is_whole = given("FACEOFF_WRITE") || given("FACEOFF_SCENES");
     let words: &[&str] = match is_whole {
         true => &[],
-        false => &["--engines", "rust,freefem,dolfinx"],
+        false => &["--engines", "rust,freefem"],
     };
     let mut names: Vec<String> = fs::read_dir(source("examples/forms"))
         .unwrap()
