@@ -95,7 +95,13 @@ fn of_form(arguments: &Judge, to: &Output) -> Result<u8> {
         .iter()
         .map(|field| Written::of(&field.values.to_f64()))
         .collect();
-    let judgement = FormJudgement::new(&arguments.result, &form.problem, judged, &written);
+    let judgement = FormJudgement::new(
+        &arguments.result,
+        &arguments.scene,
+        &form.problem,
+        judged,
+        &written,
+    );
     let inputs = vec![arguments.result.clone(), path.to_owned()];
     deliver(&report::judge_form(&judgement, inputs)?, to)?;
     Ok(code(judgement.verdict))

@@ -7,6 +7,7 @@ use serde_json::json;
 
 use super::json::csv;
 use super::model::{Block, Report, Suite, TestCase, Todo, short, table, word};
+use crate::engine::quoted;
 use crate::run::{RESIDUAL_TOLERANCE, Written};
 use crate::text::number::{number, place, size, whole};
 use crate::text::{Text, text};
@@ -47,6 +48,11 @@ pub struct FormJudgement {
     worst: Vec<RowTold>,
     held: Vec<RowTold>,
     terms: Vec<TermTold>,
+    /// The file of the form.
+    #[serde(skip)]
+    scene: String,
+    #[serde(skip)]
+    dim: usize,
     #[serde(skip)]
     judged: Judged,
     #[serde(skip)]
@@ -86,8 +92,14 @@ struct TermTold {
 }
 
 impl FormJudgement {
-    /// Of a result whose fields were written so.
-    pub fn new(result: &Path, problem: &Problem, judged: Judged, written: &[Written]) -> Self {
+    /// Of a result whose fields were written so, in the form of a file.
+    pub fn new(
+        result: &Path,
+        scene: &str,
+        problem: &Problem,
+        judged: Judged,
+        written: &[Written],
+    ) -> Self {
         let coarsest = written
             .iter()
             .copied()
@@ -202,6 +214,8 @@ impl FormJudgement {
             },
             sentence,
             form: problem.name.clone(),
+            scene: quoted([scene]),
+            dim: problem.dim,
             result: result.display().to_string(),
             dofs: judged.dofs,
             free: judged.free,
@@ -292,7 +306,10 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
         ),
         (
             "Dirichlet values",
-            text!("off by up to {} of the largest", short(told.dirichlet)),
+            match told.dirichlet == 0.0 {
+                true => text!("hold exactly"),
+                false => text!("off by up to {} of the largest", short(told.dirichlet)),
+            },
         ),
     ]));
     if !told.worst.is_empty() {
@@ -300,7 +317,7 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
         report.blocks.push(
             table!(caption, &told.worst, |row|
                 "row" => &row.unknown,
-                "at" => place(&row.at),
+                "at" => place(&row.at[..told.dim]),
                 "residual" => row.error,
                 "largest term" => Text::message(row.term.as_deref().unwrap_or_default()),
             )
@@ -312,7 +329,7 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
         report.blocks.push(
             table!(caption, &told.held, |row|
                 "dof" => &row.unknown,
-                "at" => place(&row.at),
+                "at" => place(&row.at[..told.dim]),
                 "off" => row.error,
             )
             .into(),
@@ -333,7 +350,7 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
         report.next = vec![
             Todo::new(
                 "Hold it against what the codes find:",
-                [format!("faceoff verify {}.toml", told.form)],
+                [format!("faceoff verify --run {}", told.scene)],
             ),
             Todo::only(text!("Every row is in `rows.csv`, beside this page.")),
         ];

@@ -149,11 +149,14 @@ fn unknown(
                 .map(|field| field.name.as_str())
                 .collect();
             return Err(refuse(
-                format!(
-                    "the result has {} fields `{name}` on points or cells; it has {}",
-                    all.len(),
-                    names.join(", ")
-                ),
+                match all.is_empty() {
+                    true if names.is_empty() => "the result has no fields".into(),
+                    true => format!(
+                        "the result has no field `{name}` on points or cells, only {}",
+                        names.join(", ")
+                    ),
+                    false => format!("the result has {} fields `{name}`", all.len()),
+                },
                 "write each unknown once, by its name in the form",
             ));
         }
