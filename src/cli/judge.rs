@@ -89,12 +89,14 @@ fn of_form(arguments: &Judge, to: &Output) -> Result<u8> {
             }
         }
     }
-    let judged = own::judge(&form.problem, &form.mesh, &result)?;
     let written: Vec<Written> = result
         .fields
         .iter()
         .map(|field| Written::of(&field.values.to_f64()))
         .collect();
+    let unit = written.iter().map(|written| written.unit());
+    let unit = unit.fold(0.0, f64::max);
+    let judged = own::judge(&form.problem, &form.mesh, &result, unit)?;
     let judgement = FormJudgement::new(
         &arguments.result,
         &arguments.scene,

@@ -55,11 +55,12 @@ pub struct Term {
     pub factor: Option<(f64, f64)>,
 }
 
-/// Puts the fields of a result, which have the names of the unknowns, into a form.
+/// Puts the fields of a result, which have the names of the unknowns, into a form; `unit` is the relative error with which its numbers were
+/// written.
 ///
 /// # Errors
 /// A result on another mesh, fields that are not there or are no functions of the spaces, and a form of several steps in time.
-pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh) -> Result<Judged> {
+pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh, unit: f64) -> Result<Judged> {
     if problem.time.is_some() {
         return Err(Error::usage(
             format!(
@@ -70,7 +71,7 @@ pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh) -> Result<Judged> 
         ));
     }
     let assembler = Assembler::of(problem, source, &problem.integrals, true)?;
-    let u = read(&assembler, result)?;
+    let u = read(&assembler, result, unit)?;
     let parameters: Vec<f64> = problem.parameters.iter().map(|p| p.value).collect();
     let held = held(&assembler, source, &parameters)?;
     let state = State {

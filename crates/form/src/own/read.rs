@@ -15,22 +15,24 @@ use super::output::values;
 
 /// Points are at one place if they are nearer than this part of the domain.
 const NEAR: f64 = 1e-6;
-/// Values that differ by less than this part of the largest are of one function.
-const SAME: f64 = 1e-6;
+/// Values that differ by less than this part of the largest are of one function: what codes leave that evaluate one for each cell.
+const SAME: f64 = 1e-12;
+/// Of numbers that were rounded when they were written, two may be apart by so many of their last digits.
+const WRITTEN: f64 = 4.0;
 
 fn refuse(what: String, remedy: &str) -> Error {
     Error::usage(what, remedy)
 }
 
-/// The dofs of all unknowns.
+/// The dofs of all unknowns, whose numbers were written with this relative error.
 ///
 /// # Errors
 /// A result on another mesh, and fields that are not there or are no functions of the spaces.
-pub fn read(assembler: &Assembler, result: &Mesh) -> Result<Vec<f64>> {
+pub fn read(assembler: &Assembler, result: &Mesh, unit: f64) -> Result<Vec<f64>> {
     let cells = cells(assembler, result)?;
     let mut u = vec![0.0; assembler.dofs.count()];
     for k in 0..assembler.problem.unknowns.len() {
-        unknown(assembler, result, &cells, k, &mut u)?;
+        unknown(assembler, result, &cells, k, unit, &mut u)?;
     }
     Ok(u)
 }
@@ -131,6 +133,7 @@ fn unknown(
     result: &Mesh,
     cells: &[Cell],
     k: usize,
+    unit: f64,
     u: &mut [f64],
 ) -> Result<()> {
     let (mesh, dofs) = (&assembler.mesh, &assembler.dofs);
@@ -250,7 +253,8 @@ fn unknown(
         }
         given.push((cell.own, degree, items));
     }
-    check(assembler, k, u, &given, row)
+    let same = SAME.max(WRITTEN * unit);
+    check(assembler, k, u, &given, row, same)
 }
 
 /// Are the dofs the function that was given?
@@ -260,6 +264,7 @@ fn check(
     u: &[f64],
     given: &[(usize, u8, Vec<u32>)],
     row: impl Fn(u32, usize) -> f64,
+    same: f64,
 ) -> Result<()> {
     let unknown = &assembler.problem.unknowns[k];
     let (size, dim) = (unknown.space.count(), assembler.mesh.dim);
@@ -283,7 +288,7 @@ fn check(
                     let (value, wanted) =
                         (found[(cell * nodes.len() + q) * size + c], row(*item, c));
                     // Negated so that NaN is refused.
-                    if !((value - wanted).abs() <= SAME * largest) {
+                    if !((value - wanted).abs() <= same * largest) {
                         return Err(refuse(
                             format!(
                                 "`{}` of the result is no function of {}: it is {wanted} where a function of that space with its nodes is {value}",

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use faceoff_mesh::mesh::Mesh;
 use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+use faceoff_mesh::mesh::{Mesh, Values};
 
-use super::{Assembler, State, Wanted, output, solve};
+use super::{Assembler, State, Wanted, judge, output, solve};
 use crate::problem::Problem;
 
 fn problem(text: &str, mesh: &Mesh) -> Problem {
@@ -154,4 +154,35 @@ fn a_quadratic_solution_is_found() {
     for (value, [x, y, z]) in fields[0].values.to_f64().iter().zip(mesh.points.iter()) {
         assert!((value - (x * x - y * z)).abs() < 1e-13);
     }
+}
+
+/// A continuous unknown that is written cell by cell, as another one needs it, and jumps by hardly more than rounding.
+#[test]
+fn a_field_that_jumps_is_no_continuous_function() {
+    let mesh = mesh(2);
+    let text = "[spaces]\nu = \"P1\"\np = \"P0\"\n[form]\nF = \"inner(grad(u), grad(v))*dx + (p - u)*q*dx - v*dx\"\n[dirichlet]\nu = { left = \"0\" }\n";
+    let problem = problem(text, &mesh);
+    let solution = solve(&problem, &mesh).unwrap();
+    let (mut result, fields) = output(&solution.assembler, &solution.u);
+    result.fields = fields;
+    let unit = f64::EPSILON;
+    let judged = judge(&problem, &mesh, &result, unit).unwrap();
+    assert!(judged.rows[0].error < 1e-12, "{:?}", judged.rows[0]);
+    let field = result.fields.iter_mut().find(|field| field.name == "u");
+    let field = field.expect("u is written");
+    let mut numbers = field.values.to_f64();
+    let largest = numbers.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let at = numbers
+        .iter()
+        .position(|v| v.abs() > 0.5 * largest)
+        .unwrap();
+    numbers[at] += 1e-8 * largest;
+    field.values = Values::F64(numbers.into());
+    let refused = judge(&problem, &mesh, &result, unit).unwrap_err();
+    assert!(
+        refused.to_string().contains("is no function of P1"),
+        "{refused}"
+    );
+    // Of numbers with seven digits that is rounding.
+    assert!(judge(&problem, &mesh, &result, 5e-7).is_ok());
 }
