@@ -200,9 +200,8 @@ impl Solve {
             let solution = solve_by(&problem, newton, stop, Settings::default(), |_, _| Ok(()))?;
             super::Outcome::Ok((solution, problem.space.dofs))
         })?;
-        let State { phases, whole, .. } = std::mem::take(
-            &mut *clock.state.lock().unwrap_or_else(PoisonError::into_inner),
-        );
+        let State { phases, whole, .. } =
+            std::mem::take(&mut *clock.state.lock().unwrap_or_else(PoisonError::into_inner));
         let sum: f64 = phases.values().map(|phase| phase.seconds).sum();
         // By one clock, so that no other process on the machine matters.
         if !solution.converged || !((sum - whole).abs() <= 1e-9 * whole) {

@@ -160,7 +160,7 @@ impl Analysis {
             (plan, border)
         });
         let place = |k: &u32| kept.binary_search(k).ok().map(|place| place as u32);
-        let places = |unknowns: &[u32]| unknowns.iter().filter_map(place).collect();
+        let places = |unknowns: &[u32]| unknowns.iter().filter_map(place).collect::<Vec<u32>>();
         let of_elements = aside.iter().map(|&e| places(elements.of(e as usize)));
         let lu = LuPlan::new(
             groups,

@@ -52,7 +52,7 @@ impl LuPlan {
     pub fn new<'a>(
         groups: Vec<Vec<u32>>,
         blocks: impl Iterator<Item = &'a [u32]>,
-        ties: impl Iterator<Item = Vec<u32>>,
+        ties: impl Iterator<Item: AsRef<[u32]>>,
     ) -> Self {
         let size = groups.iter().map(Vec::len).sum();
         let mut plan = LuPlan {
@@ -84,9 +84,9 @@ impl LuPlan {
             }
         }
         for tie in ties {
-            let tie = numbered(&tie);
-            if let Some(first) = first(&tie) {
-                tied[first].extend(tie);
+            let numbers = tie.as_ref().iter().map(|&k| plan.numbers[k as usize]);
+            if let Some(first) = numbers.clone().min() {
+                tied[plan.owners[first as usize] as usize].extend(numbers);
             }
         }
         let mut below: Vec<Vec<u32>> = vec![Vec::new(); groups.len()];

@@ -6,6 +6,7 @@ mod bisection;
 mod cholesky;
 mod csr;
 mod dense_lu;
+mod dissection;
 mod elements;
 mod embedded;
 mod factor;

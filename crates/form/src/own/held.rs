@@ -181,7 +181,7 @@ fn moments(
     }
     rows.iter_mut()
         .for_each(|row| row.sort_unstable_by_key(|entry| entry.0));
-    let x = General::new(rows)?.solve(&b)?;
+    let x = General::new(rows, &[], None)?.solve(&b)?;
     for (dof, value) in found.iter().zip(x) {
         all.is_held[*dof as usize] = true;
         all.values[*dof as usize] = value;

@@ -5,8 +5,8 @@ use faceoff_mesh::mesh::Mesh;
 
 use super::assemble::{Assembler, Wanted};
 use super::batch::State;
-use super::element::{Shape, carriers};
-use super::held::{held, means, place};
+use super::held::{held, means};
+use super::places::places;
 use super::read::read;
 use crate::problem::Problem;
 
@@ -261,47 +261,4 @@ fn texts(problem: &Problem) -> Vec<String> {
         .zip(ends)
         .map(text)
         .collect()
-}
-
-/// The unknown, the component and the place of each dof.
-fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
-    let Assembler {
-        problem,
-        mesh,
-        dofs,
-        ..
-    } = assembler;
-    let mut all = vec![(0, 0, [0.0; 3]); dofs.count()];
-    for (k, unknown) in problem.unknowns.iter().enumerate() {
-        let element = unknown.space.element;
-        let nodes: Vec<[f64; 4]> = match element.is_vector() {
-            false => Shape::of(element).nodes(mesh.dim),
-            true => carriers(element, mesh.dim)
-                .into_iter()
-                .map(|carrier| centre(mesh.dim, carrier))
-                .collect(),
-        };
-        for cell in 0..mesh.cell_count() {
-            let vertices = mesh.vertices(cell);
-            for (node, lambda) in dofs.of_cell(k, cell).iter().zip(&nodes) {
-                for (component, dof) in dofs.of_node(*node).enumerate() {
-                    all[dof] = (k, component, place(&vertices, lambda));
-                }
-            }
-        }
-    }
-    all
-}
-
-/// The centre of a facet or edge that carries a dof.
-pub fn centre(dim: usize, [a, b]: [usize; 2]) -> [f64; 4] {
-    let mut lambda = [0.0; 4];
-    match a == b {
-        true => {
-            lambda[..=dim].fill(1.0 / dim as f64);
-            lambda[a] = 0.0;
-        }
-        false => (lambda[a], lambda[b]) = (0.5, 0.5),
-    }
-    lambda
 }

@@ -10,7 +10,9 @@ mod element;
 mod held;
 mod judge;
 mod output;
+mod places;
 mod read;
+mod reduced;
 mod solve;
 mod tape;
 #[cfg(test)]

@@ -10,8 +10,8 @@ use faceoff_mesh::mesh::{Field, Mesh, Support};
 use super::assemble::Assembler;
 use super::dofs::sign;
 use super::element::{Shape, carriers};
-use super::judge::centre;
 use super::output::values;
+use super::places::centre;
 
 /// Points are at one place if they are nearer than this part of the domain.
 const NEAR: f64 = 1e-6;

@@ -1,0 +1,48 @@
+//! Where dofs are.
+
+use super::assemble::Assembler;
+use super::element::{Shape, carriers};
+use super::held::place;
+
+/// The unknown, the component and the place of each dof.
+pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
+    let Assembler {
+        problem,
+        mesh,
+        dofs,
+        ..
+    } = assembler;
+    let mut all = vec![(0, 0, [0.0; 3]); dofs.count()];
+    for (k, unknown) in problem.unknowns.iter().enumerate() {
+        let element = unknown.space.element;
+        let nodes: Vec<[f64; 4]> = match element.is_vector() {
+            false => Shape::of(element).nodes(mesh.dim),
+            true => carriers(element, mesh.dim)
+                .into_iter()
+                .map(|carrier| centre(mesh.dim, carrier))
+                .collect(),
+        };
+        for cell in 0..mesh.cell_count() {
+            let vertices = mesh.vertices(cell);
+            for (node, lambda) in dofs.of_cell(k, cell).iter().zip(&nodes) {
+                for (component, dof) in dofs.of_node(*node).enumerate() {
+                    all[dof] = (k, component, place(&vertices, lambda));
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The centre of a facet or edge that carries a dof.
+pub fn centre(dim: usize, [a, b]: [usize; 2]) -> [f64; 4] {
+    let mut lambda = [0.0; 4];
+    match a == b {
+        true => {
+            lambda[..=dim].fill(1.0 / dim as f64);
+            lambda[a] = 0.0;
+        }
+        false => (lambda[a], lambda[b]) = (0.5, 0.5),
+    }
+    lambda
+}
