@@ -3,6 +3,7 @@
 //! Every core owns a range of rows and evaluates all cells that touch them; cells at a border are evaluated by two. So nobody waits for
 //! anybody, and each sum is taken in the same order whatever the number of cores.
 
+use faceoff_fem::linear::zeros;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 use faceoff_mesh::parallel;
@@ -151,24 +152,11 @@ impl Assembler {
         is_wanted: impl Fn(usize) -> bool + Sync,
     ) -> System {
         let is_matrix = wanted == Wanted::Both;
+        let room = |is_wanted: bool, count: usize| zeros(if is_wanted { count } else { 0 });
         let mut system = System {
-            residual: vec![0.0; self.dofs.count()],
-            matrix: vec![
-                0.0;
-                if is_matrix {
-                    self.pattern.rows[self.dofs.nodes()]
-                } else {
-                    0
-                }
-            ],
-            sizes: vec![
-                0.0;
-                if wanted == Wanted::Sizes {
-                    self.dofs.count()
-                } else {
-                    0
-                }
-            ],
+            residual: zeros(self.dofs.count()),
+            matrix: room(is_matrix, self.pattern.values()),
+            sizes: room(wanted == Wanted::Sizes, self.dofs.count()),
         };
         let dofs_end =
             |(range, _): &(std::ops::Range<usize>, _)| self.dofs.first[range.end] as usize;

@@ -274,6 +274,11 @@ impl Pattern {
         pattern
     }
 
+    /// The number of values; 0 where there is no pattern.
+    pub fn values(&self) -> usize {
+        self.rows.last().copied().unwrap_or(0)
+    }
+
     /// Calls `with` with each dof's row, its columns in ascending order, and where its values begin.
     pub fn for_rows(&self, dofs: &Dofs, mut with: impl FnMut(usize, &[u32], usize)) {
         let mut columns = Vec::new();
