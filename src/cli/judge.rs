@@ -11,7 +11,7 @@ use crate::run::foreign::{Foreign, Options, take_boundary_values};
 use crate::run::{FormFile, Runner, Setup, Written, certificate, is_face_off};
 use crate::why;
 use faceoff_fem::certify;
-use faceoff_form::own;
+use faceoff_form::judge::judge;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io;
 
@@ -96,7 +96,7 @@ fn of_form(arguments: &Judge, to: &Output) -> Result<u8> {
         .collect();
     let unit = written.iter().map(|written| written.unit());
     let unit = unit.fold(0.0, f64::max);
-    let judged = own::judge(&form.problem, &form.mesh, &result, unit)?;
+    let judged = judge(&form.problem, &form.mesh, &result, unit)?;
     let judgement = FormJudgement::new(
         &arguments.result,
         &arguments.scene,

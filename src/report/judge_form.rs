@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde_json::json;
 
+use super::causes::{CauseTold, Names};
 use super::json::csv;
 use super::model::{Block, Report, Suite, TestCase, Todo, short, table, word};
 use crate::engine::quoted;
 use crate::run::{RESIDUAL_TOLERANCE, Written};
-use crate::text::number::{number, place, size, whole};
+use crate::text::number::{place, share, size, whole};
 use crate::text::{Text, text};
 use faceoff_form::Problem;
-use faceoff_form::own::{Judged, Row, Term};
+use faceoff_form::judge::{Judged, Row};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -23,8 +24,6 @@ const ROUNDING: f64 = RESIDUAL_TOLERANCE;
 const WRITTEN: f64 = 4.0;
 /// Rows that are told one by one.
 const MOST: usize = 8;
-/// What is left with a factor where it explains a residual.
-const EXPLAINED: f64 = 1e-3;
 
 /// A result of a file in a form, as scripts read it.
 #[derive(Serialize)]
@@ -48,6 +47,11 @@ pub struct FormJudgement {
     worst: Vec<RowTold>,
     held: Vec<RowTold>,
     terms: Vec<TermTold>,
+    /// The changes which together make a form that the result solves; empty where it solves the form, or none is known.
+    explanations: Vec<CauseTold>,
+    /// The same in words, and what else would explain it.
+    #[serde(skip)]
+    because: Vec<(Text, &'static str)>,
     /// The file of the form.
     #[serde(skip)]
     scene: String,
@@ -84,11 +88,6 @@ struct TermTold {
     term: String,
     /// Its largest row, over the sizes of rows.
     largest: f64,
-    /// The factor of this term that leaves least, and what it leaves of the residual.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    factor: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    left: Option<f64>,
 }
 
 impl FormJudgement {
@@ -143,18 +142,10 @@ impl FormJudgement {
             let failing = rows.iter().filter(|row| fails(row.error)).take(MOST);
             failing.map(|row| told(row, has_term)).collect()
         };
-        let terms = judged.terms.iter().map(
-            |Term {
-                 text,
-                 largest,
-                 factor,
-             }| TermTold {
-                term: text.clone(),
-                largest: *largest,
-                factor: factor.filter(|_| failing > 0).map(|f| f.0),
-                left: factor.filter(|_| failing > 0).map(|f| f.1),
-            },
-        );
+        let terms = judged.terms.iter().map(|term| TermTold {
+            term: term.text.clone(),
+            largest: term.largest,
+        });
         let terms: Vec<TermTold> = terms.collect();
         let mut parts: Vec<Text> = Vec::new();
         if failing > 0 {
@@ -194,18 +185,31 @@ impl FormJudgement {
                 text!("{}; {}", sentence, part)
             };
         }
-        if let Some(best) = terms
-            .iter()
-            .filter(|t| t.left.is_some_and(|left| left < EXPLAINED))
-            .min_by(|a, b| a.left.unwrap_or(1.0).total_cmp(&b.left.unwrap_or(1.0)))
-        {
-            sentence = text!(
-                "{}; as if the term {} had the factor {}",
-                sentence,
-                Text::message(&format!("`{}`", best.term)),
-                number(best.factor.unwrap_or(1.0), 6)
-            );
+        let known = Names {
+            problem,
+            judged: &judged,
+        };
+        let explanation = judged.explanation.as_ref().filter(|_| failing > 0);
+        let mut because = Vec::new();
+        if let Some(found) = explanation {
+            let cause = known.sentence(&found.causes);
+            sentence = match found.is_exact {
+                true => text!("{}; it solves the form as if {}", sentence, &cause),
+                false => text!(
+                    "{}; no change that is known explains it, the nearest, as if {}, explains {}",
+                    sentence,
+                    &cause,
+                    share(found.share)
+                ),
+            };
+            because.push((cause, if found.is_exact { "all but rounding" } else { "a part" }));
+            let alike = found.alike.iter().map(|causes| known.sentence(causes));
+            because.extend(alike.map(|text| (text, "all but rounding")));
+        } else if failing > 0 {
+            sentence = text!("{}; no change that is known explains it", sentence);
         }
+        let explanations = explanation.filter(|found| found.is_exact);
+        let explanations = explanations.map_or(Vec::new(), |found| known.told(found));
         FormJudgement {
             verdict: if is_solved {
                 Verdict::Agree
@@ -235,6 +239,8 @@ impl FormJudgement {
             worst: list(&judged.rows, true),
             held: list(&judged.held, false),
             terms,
+            explanations,
+            because,
             judged,
             names,
         }
@@ -335,13 +341,12 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
             .into(),
         );
     }
-    if told.failing > 0 {
-        let caption = "The terms of the form: the factor that leaves least of the residual, and what it leaves";
+    if !told.because.is_empty() {
+        let caption = "What it solves in place of the form";
         report.blocks.push(
-            table!(caption, &told.terms, |of|
-                "term" => Text::message(&of.term),
-                "factor" => of.factor.map_or(String::new(), |f| number(f, 6)),
-                "leaves" => of.left.map_or(String::new(), size),
+            table!(caption, &told.because, |row|
+                "as if" => row.0.clone(),
+                "explains" => row.1,
             )
             .into(),
         );

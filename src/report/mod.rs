@@ -4,6 +4,7 @@
 mod annotations;
 mod badge;
 mod baseline;
+mod causes;
 mod certified;
 mod certify;
 mod compare;

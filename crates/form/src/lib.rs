@@ -37,6 +37,7 @@
 
 pub mod codes;
 pub mod file;
+pub mod judge;
 mod kernel;
 pub mod language;
 pub mod own;

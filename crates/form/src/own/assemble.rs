@@ -13,11 +13,6 @@ use super::dofs::{Coupling, Dofs, Pattern};
 use super::work::{Entity, Work};
 use crate::problem::{Bilinear, Integral, Problem};
 
-/// Numbers in the matrix of a batch: what a core keeps at hand.
-const ROOM: usize = 1 << 14;
-/// Cells of a batch, at most.
-const MOST: usize = 64;
-
 /// A form on a mesh, ready to be evaluated.
 #[derive(Debug)]
 pub struct Assembler {
@@ -87,7 +82,8 @@ impl Assembler {
                 } else {
                     Bilinear::new()
                 };
-                Work::new(&mut problem, &mesh, source, integral, by)
+                let rules = problem.rules();
+                Work::new(&mut problem, &mesh, source, integral, rules, by)
             })
             .collect();
         let pattern = match is_matrix {
@@ -145,6 +141,41 @@ impl Assembler {
         self.sums(state, wanted, |k| k == integral)
     }
 
+    /// Calls `with` with each cell or facet of an integral of a problem with the same spaces, and what it adds to the rows of its dofs.
+    pub fn contributions(
+        &self,
+        problem: &Problem,
+        work: &Work,
+        state: State,
+        mut with: impl FnMut(&Entity, &[(usize, f64)]),
+    ) {
+        let mut scratch = Scratch::default();
+        let mut rows = Vec::new();
+        for entities in work.batches(&work.entities) {
+            let batch = Batch {
+                problem,
+                mesh: &self.mesh,
+                dofs: &self.dofs,
+                work,
+                entities,
+            };
+            batch.run(state, &mut scratch, false);
+            for (c, entity) in entities.iter().enumerate() {
+                rows.clear();
+                for block in work.wholes() {
+                    let cell = entity.cells[block.side] as usize;
+                    for (i, node) in self.dofs.of_cell(block.unknown, cell).iter().enumerate() {
+                        for (component, dof) in self.dofs.of_node(*node).enumerate() {
+                            let at = block.start + component * block.count + i;
+                            rows.push((dof, scratch.vector[at * entities.len() + c]));
+                        }
+                    }
+                }
+                with(entity, &rows);
+            }
+        }
+    }
+
     fn sums(
         &self,
         state: State,
@@ -187,12 +218,7 @@ impl Assembler {
             let works = self.works.iter().zip(entities).enumerate();
             for (_, (work, entities)) in works.filter(|(k, _)| is_wanted(*k)) {
                 scratch.products.clear();
-                let room = ROOM / (work.size * work.size).max(1);
-                let most = (room / 8 * 8).clamp(8, MOST);
-                for entities in entities
-                    .chunk_by(|a, b| a.places == b.places)
-                    .flat_map(|run| run.chunks(most))
-                {
+                for entities in work.batches(entities) {
                     let batch = Batch {
                         problem: &self.problem,
                         mesh: &self.mesh,
@@ -218,13 +244,7 @@ impl Assembler {
             ),
         };
         let (is_sized, is_matrix) = (!own.sizes.is_empty(), !own.matrix.is_empty());
-        // The unknowns of each side: where their functions begin, and how far apart components are.
-        let groups: Vec<_> = batch
-            .work
-            .blocks
-            .iter()
-            .filter(|block| block.component == 0)
-            .collect();
+        let groups: Vec<_> = batch.work.wholes().collect();
         for (c, entity) in batch.entities.iter().enumerate() {
             for row in &groups {
                 let nodes = dofs.of_cell(row.unknown, entity.cells[row.side] as usize);

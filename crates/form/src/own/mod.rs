@@ -1,14 +1,13 @@
 //! Our own solver of weak forms: it evaluates the same expressions that scripts are written from, at the same points.
 //!
 //! [`solve()`] is Newton's method as in all scripts; [`Assembler`] has the sums of integrals that it needs, which also say how well a result of
-//! any code satisfies a form.
+//! any code satisfies a form ([`crate::judge`]).
 
 mod assemble;
 mod batch;
 mod dofs;
 mod element;
 mod held;
-mod judge;
 mod output;
 mod places;
 mod read;
@@ -23,6 +22,9 @@ pub use assemble::{Assembler, System, Wanted};
 pub use batch::State;
 pub use dofs::{Dofs, Pattern};
 pub use held::{Held, held};
-pub use judge::{Judged, Row, Term, judge};
+pub(crate) use held::{means, place};
 pub use output::{output, values};
+pub(crate) use places::places;
+pub(crate) use read::read;
 pub use solve::{Solution, solve};
+pub(crate) use work::{Entity, Work};

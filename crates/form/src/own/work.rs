@@ -2,12 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use faceoff_fem::quadrature::Rule;
 use faceoff_mesh::mesh::{CellKind, Mesh, Triangulation};
 
 use super::element::{Shape, Table};
 use super::tape::{Slot, Tape};
 use crate::problem::{Bilinear, Domain, Integral, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
+
+/// Numbers in the matrix of a batch: what a core keeps at hand.
+const ROOM: usize = 1 << 14;
+/// Cells of a batch, at most.
+const MOST: usize = 64;
 
 /// A cell, or a facet with its one or two cells.
 #[derive(Debug, Clone, Copy)]
@@ -127,16 +133,16 @@ fn side(side: Side) -> usize {
 }
 
 impl Work {
-    /// Of an integral and its derivative, which may be left out.
+    /// Of an integral by rules on cells and facets, and its derivative, which may be left out.
     pub fn new(
         problem: &mut Problem,
         mesh: &Triangulation,
         source: &Mesh,
         integral: &Integral,
+        [rule, facet_rule]: [Rule; 2],
         by: Bilinear,
     ) -> Self {
         let dim = mesh.dim;
-        let [rule, facet_rule] = problem.rules();
         let domain = integral.measure.domain;
         let (sides, rule) = match domain {
             Domain::Cells => (1, rule),
@@ -292,6 +298,19 @@ impl Work {
             &points,
         );
         work
+    }
+
+    /// Entities that are evaluated together: of one placement, as many as fit into the cache.
+    pub fn batches<'a>(&self, entities: &'a [Entity]) -> impl Iterator<Item = &'a [Entity]> {
+        let room = ROOM / (self.size * self.size).max(1);
+        let most = (room / 8 * 8).clamp(8, MOST);
+        let runs = entities.chunk_by(|a, b| a.places == b.places);
+        runs.flat_map(move |run| run.chunks(most))
+    }
+
+    /// The unknowns of each side: where their functions begin, and how far apart components are.
+    pub fn wholes(&self) -> impl Iterator<Item = &Block> {
+        self.blocks.iter().filter(|block| block.component == 0)
     }
 
     /// Finds the cells of entities, and tabulates the basis functions at the points of each placement.

@@ -1,0 +1,165 @@
+//! What may be different in the form that a code solved.
+
+use crate::problem::Domain;
+
+/// A change of a form.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// A term has a factor.
+    Factor {
+        /// Its position.
+        term: usize,
+    },
+    /// A parameter has another value.
+    Parameter {
+        /// Its position.
+        parameter: usize,
+    },
+    /// A term is integrated by another rule.
+    Rule {
+        /// Its position.
+        term: usize,
+        /// The name of the rule.
+        rule: &'static str,
+    },
+    /// A datum is taken elsewhere than at the points.
+    Data {
+        /// Its position.
+        datum: usize,
+        /// The only term for which this holds, if others have it as well.
+        term: Option<usize>,
+        /// How it is taken.
+        by: Interpolated,
+    },
+    /// A datum is 1.
+    One {
+        /// Its position.
+        datum: usize,
+    },
+    /// A term has test function and unknown exchanged.
+    Transposed {
+        /// Its position.
+        term: usize,
+    },
+    /// A term is taken over another group.
+    Moved {
+        /// Its position.
+        term: usize,
+        /// The position of the group.
+        group: usize,
+    },
+    /// A term has a factor on one of its groups.
+    Group {
+        /// Its position.
+        term: usize,
+        /// The position of the group.
+        group: usize,
+    },
+    /// A part of a term has a factor.
+    Part {
+        /// Its position.
+        term: usize,
+        /// Which part.
+        part: Part,
+    },
+    /// A term has a factor 1 + a x.
+    Varying {
+        /// Its position.
+        term: usize,
+        /// Which coordinate x is.
+        axis: usize,
+    },
+    /// The integral of an unknown times its test function is added, with a factor.
+    Mass {
+        /// The position of the unknown.
+        unknown: usize,
+    },
+    /// A term has a factor on some cells or facets.
+    Some {
+        /// Its position.
+        term: usize,
+        /// Cells or facets.
+        domain: Domain,
+        /// How many.
+        count: usize,
+        /// Of how many.
+        of: usize,
+        /// Between which places their centres lie.
+        between: [[f64; 3]; 2],
+    },
+}
+
+/// How a datum is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolated {
+    /// At the quadrature points, although the form interpolates it.
+    Points,
+    /// Interpolated by polynomials of this degree, continuous from 1 on; 0: by its value at the centre of each cell.
+    Degree(u8),
+}
+
+/// A part of a term.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// With this partial derivative of the test function.
+    Slope(usize),
+    /// With this component of the test function.
+    Component(usize),
+}
+
+impl Change {
+    /// Is it there or not, without a number?
+    pub fn is_whole(&self) -> bool {
+        use Change::{Data, Moved, One, Rule, Transposed};
+        matches!(
+            self,
+            Rule { .. } | Data { .. } | One { .. } | Transposed { .. } | Moved { .. }
+        )
+    }
+
+    /// How far-fetched it is: of changes that explain the same, the smallest counts.
+    fn rank(&self, factor: f64) -> usize {
+        let is_plain = factor == 0.0 || factor == -1.0;
+        match self {
+            Change::Factor { .. } if is_plain => 0,
+            Change::Parameter { .. } => 1,
+            Change::Factor { .. } => 2,
+            Change::Rule { .. } | Change::Data { .. } | Change::One { .. } => 3,
+            Change::Transposed { .. } | Change::Moved { .. } => 4,
+            Change::Group { .. } | Change::Mass { .. } => 5,
+            Change::Part { .. } => 6,
+            Change::Some { .. } => 7,
+            Change::Varying { .. } => 8,
+        }
+    }
+}
+
+/// A change with its number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cause {
+    /// What is changed.
+    pub change: Change,
+    /// The factor of a term or of a part of it, the value of a parameter, the a of 1 + a x; 1 of a change without a number.
+    pub factor: f64,
+}
+
+/// Changes which together make a form that the result solves.
+#[derive(Debug, Clone)]
+pub struct Explanation {
+    /// At most four.
+    pub causes: Vec<Cause>,
+    /// What they leave: the largest row, over the sizes of rows.
+    pub left: f64,
+    /// The part of the residual that they explain, in the root of the sum of squares; 1 where they leave rounding.
+    pub share: f64,
+    /// Do they leave no more than rounding? If not, they are the nearest that is known, and not the cause.
+    pub is_exact: bool,
+    /// Other changes that leave no more than rounding either.
+    pub alike: Vec<Vec<Cause>>,
+}
+
+/// The order of explanations that leave the same: few changes before many, then plain ones before far-fetched ones.
+pub(super) fn rank(causes: &[Cause]) -> usize {
+    let each = causes.iter().map(|cause| cause.change.rank(cause.factor));
+    10 * causes.len() + each.max().unwrap_or(0)
+}

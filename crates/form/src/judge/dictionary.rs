@@ -1,0 +1,351 @@
+//! All changes of a form that are looked for, each as what it adds to the residual.
+
+use std::collections::BTreeSet;
+
+use faceoff_fem::quadrature::{self, Rule};
+use faceoff_mesh::parallel;
+
+use super::change::{Change, Interpolated, Part};
+use super::residual::{Residual, add};
+use crate::own::Work;
+use crate::problem::{Bilinear, Domain, Element, Integral, Problem, Space};
+use crate::scalar::{Field, Id, Leaf, Node, Side};
+
+/// A change, and what makes its vector.
+pub struct Entry {
+    pub change: Change,
+    make: Make,
+}
+
+enum Make {
+    /// The vector of this term.
+    Term(usize),
+    /// The derivative of F by a parameter.
+    Parameter(usize),
+    /// Integrals of a problem with the same spaces by these rules, less the vectors of terms.
+    Integrals {
+        problem: Box<Problem>,
+        integrals: Vec<Integral>,
+        rules: [Rule; 2],
+        less: Vec<usize>,
+    },
+}
+
+/// The vectors of parameters are differences over this part of their values.
+const STEP: f64 = 1e-4;
+
+impl Entry {
+    /// What the change adds to the residual where the parameters have these values.
+    pub fn vector(&self, residual: &Residual<'_>, parameters: &[f64]) -> Vec<f64> {
+        let is_given = parameters == residual.parameters;
+        match &self.make {
+            Make::Term(term) if is_given => residual.terms[*term].clone(),
+            Make::Term(term) => sum(
+                residual,
+                residual.problem,
+                &residual.problem.integrals[*term..=*term],
+                &residual.problem.rules(),
+                parameters,
+            ),
+            Make::Parameter(k) => {
+                let step = STEP * if parameters[*k] == 0.0 { 1.0 } else { parameters[*k].abs() };
+                let at = |by: f64| {
+                    let mut parameters = parameters.to_vec();
+                    parameters[*k] += by;
+                    residual.with(&parameters)
+                };
+                let (high, low) = (at(step), at(-step));
+                let slopes = high.iter().zip(&low).map(|(a, b)| (a - b) / (2.0 * step));
+                slopes.collect()
+            }
+            Make::Integrals {
+                problem,
+                integrals,
+                rules,
+                less,
+            } => {
+                let mut all = sum(residual, problem, integrals, rules, parameters);
+                for term in less {
+                    let own = Entry::factor(*term).vector(residual, parameters);
+                    add(&mut all, &own.iter().map(|x| -x).collect::<Vec<_>>());
+                }
+                all
+            }
+        }
+    }
+
+    /// A factor of a term.
+    fn factor(term: usize) -> Self {
+        Entry {
+            change: Change::Factor { term },
+            make: Make::Term(term),
+        }
+    }
+}
+
+fn sum(
+    residual: &Residual<'_>,
+    problem: &Problem,
+    integrals: &[Integral],
+    rules: &[Rule; 2],
+    parameters: &[f64],
+) -> Vec<f64> {
+    let mut all = vec![0.0; residual.u.len()];
+    let mut problem = problem.clone();
+    let assembler = &residual.assembler;
+    for integral in integrals {
+        let (mesh, rules) = (&assembler.mesh, rules.clone());
+        let work = Work::new(&mut problem, mesh, residual.source, integral, rules, Bilinear::new());
+        assembler.contributions(&problem, &work, residual.state(parameters), |_, rows| {
+            for (dof, value) in rows {
+                all[*dof] += value;
+            }
+        });
+    }
+    residual.free(&mut all);
+    all
+}
+
+/// The dictionary of a form, with its vectors.
+pub fn dictionary(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
+    let problem = residual.problem;
+    let terms = 0..problem.integrals.len();
+    let mut all: Vec<Entry> = terms.clone().map(Entry::factor).collect();
+    all.extend((0..problem.parameters.len()).map(|parameter| Entry {
+        change: Change::Parameter { parameter },
+        make: Make::Parameter(parameter),
+    }));
+    for term in terms {
+        rules(problem, term, &mut all);
+        groups(problem, term, &mut all);
+        parts(problem, term, &mut all);
+        transposed(problem, term, &mut all);
+    }
+    (0..problem.data.len()).for_each(|datum| data(problem, datum, &mut all));
+    (0..problem.unknowns.len()).for_each(|unknown| mass(problem, unknown, &mut all));
+    parallel::map(all, |entry| {
+        let vector = entry.vector(residual, &residual.parameters);
+        (entry, vector)
+    })
+}
+
+fn changed(
+    change: Change,
+    problem: &Problem,
+    integrals: Vec<Integral>,
+    less: Vec<usize>,
+) -> Entry {
+    Entry {
+        change,
+        make: Make::Integrals {
+            problem: Box::new(problem.clone()),
+            integrals,
+            rules: problem.rules(),
+            less,
+        },
+    }
+}
+
+/// Every rule that a code may take.
+fn rules(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
+    let integral = &problem.integrals[term];
+    let (place, dim) = match integral.measure.domain {
+        Domain::Cells => (0, problem.dim),
+        _ => (1, problem.dim - 1),
+    };
+    let names = quadrature::names(dim).iter().chain(quadrature::foreign(dim));
+    for rule in names.filter_map(|name| quadrature::rule(dim, name)) {
+        let mut rules = problem.rules();
+        if rules[place].name == rule.name {
+            continue;
+        }
+        let change = Change::Rule {
+            term,
+            rule: rule.name,
+        };
+        rules[place] = rule;
+        all.push(Entry {
+            change,
+            make: Make::Integrals {
+                problem: Box::new(problem.clone()),
+                integrals: vec![integral.clone()],
+                rules,
+                less: vec![term],
+            },
+        });
+    }
+}
+
+/// The term on each of its groups alone, and on each other group of the boundary.
+fn groups(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
+    let integral = &problem.integrals[term];
+    let measure = &integral.measure;
+    let on = |group: usize| {
+        let mut integral = integral.clone();
+        integral.measure.groups = vec![group];
+        vec![integral]
+    };
+    let fits = |k: &usize| problem.groups[*k].on == Some(measure.domain);
+    let fitting: Vec<usize> = (0..problem.groups.len()).filter(fits).collect();
+    let own = match measure.groups.is_empty() {
+        true => &fitting,
+        false => &measure.groups,
+    };
+    if own.len() > 1 {
+        for &group in own {
+            all.push(changed(Change::Group { term, group }, problem, on(group), vec![]));
+        }
+    }
+    if measure.domain == Domain::Boundary && !measure.groups.is_empty() {
+        for &group in fitting.iter().filter(|k| !own.contains(k)) {
+            let change = Change::Moved { term, group };
+            all.push(changed(change, problem, on(group), vec![term]));
+        }
+    }
+}
+
+/// Parts by derivative and by component of the test function, and factors that vary.
+fn parts(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
+    let integral = &problem.integrals[term];
+    let of = |is: &dyn Fn(&Leaf) -> bool| {
+        let mut part = integral.clone();
+        part.terms.retain(|leaf, _| is(leaf));
+        part
+    };
+    let slopes: BTreeSet<usize> = integral.terms.keys().filter_map(|leaf| leaf.axis).collect();
+    let components: BTreeSet<usize> = integral.terms.keys().map(|leaf| leaf.component).collect();
+    let mut push = |part: Part, of: Integral| {
+        all.push(changed(Change::Part { term, part }, problem, vec![of], vec![]));
+    };
+    if slopes.len() > 1 {
+        for axis in slopes {
+            push(Part::Slope(axis), of(&|leaf| leaf.axis == Some(axis)));
+        }
+    }
+    if components.len() > 1 {
+        for component in components {
+            push(
+                Part::Component(component),
+                of(&|leaf| leaf.component == component),
+            );
+        }
+    }
+    for axis in 0..problem.dim {
+        let mut problem = problem.clone();
+        let mut integral = integral.clone();
+        let x = problem.scalars.push(Node::Coordinate(axis));
+        for value in integral.terms.values_mut() {
+            *value = problem.scalars.multiply(*value, x);
+        }
+        let change = Change::Varying { term, axis };
+        all.push(changed(change, &problem, vec![integral], vec![]));
+    }
+}
+
+/// Test function and unknown exchanged, where the term is linear in the unknown.
+fn transposed(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
+    let mut problem = problem.clone();
+    let mut integral = problem.integrals[term].clone();
+    if !problem.is_bilinear(&integral) {
+        return;
+    }
+    let by = problem.derivative(&integral);
+    integral.terms.clear();
+    for ((test, increment), value) in by {
+        let (Field::Test(k), Field::Increment(l)) = (test.field, increment.field) else {
+            continue;
+        };
+        let with = |leaf: Leaf, field: Field| Leaf { field, ..leaf };
+        let unknown = problem.scalars.leaf(with(test, Field::Unknown(k)));
+        let value = problem.scalars.multiply(value, unknown);
+        let test = with(increment, Field::Test(l));
+        let sum = match integral.terms.get(&test) {
+            Some(before) => problem.scalars.add(*before, value),
+            None => value,
+        };
+        integral.terms.insert(test, sum);
+    }
+    let change = Change::Transposed { term };
+    all.push(changed(change, &problem, vec![integral], vec![term]));
+}
+
+/// A datum that is interpolated, or 1: in all terms that have it, and in each if they are several.
+fn data(problem: &Problem, datum: usize, all: &mut Vec<Entry>) {
+    let is_it = |leaf: &Leaf| leaf.field == Field::Datum(datum);
+    let has = |integral: &Integral| {
+        let leaves = problem.scalars.leaves(integral.terms.values().copied());
+        leaves.iter().any(is_it)
+    };
+    let terms = 0..problem.integrals.len();
+    let with: Vec<usize> = terms.filter(|k| has(&problem.integrals[*k])).collect();
+    let of = |terms: &[usize], integrals: &[Integral]| {
+        terms.iter().map(|k| integrals[*k].clone()).collect::<Vec<_>>()
+    };
+    let known = problem.data[datum].space.map(|space| space.element);
+    let size = problem.data[datum].shape.iter().product::<usize>();
+    let size = (!problem.data[datum].shape.is_empty()).then_some(size);
+    let mut choices: Vec<(Interpolated, Option<Space>)> = Vec::new();
+    if known.is_some() {
+        choices.push((Interpolated::Points, None));
+    }
+    for degree in 0..=2 {
+        let element = match degree {
+            0 => Element::Broken(0),
+            _ => Element::Continuous(degree),
+        };
+        if known != Some(element) {
+            choices.push((Interpolated::Degree(degree), Some(Space { element, size })));
+        }
+    }
+    for (by, space) in choices {
+        let mut problem = problem.clone();
+        problem.data[datum].space = space;
+        let integrals = problem.integrals.clone();
+        let mut push = |terms: &[usize], term: Option<usize>| {
+            let change = Change::Data { datum, term, by };
+            all.push(changed(change, &problem, of(terms, &integrals), terms.to_vec()));
+        };
+        push(&with, None);
+        if with.len() > 1 {
+            with.iter().for_each(|term| push(&[*term], Some(*term)));
+        }
+    }
+    let mut problem = problem.clone();
+    let mut integrals = problem.integrals.clone();
+    let one = |scalars: &mut crate::scalar::Scalars, node: Node| match node {
+        Node::Leaf(leaf) if is_it(&leaf) => {
+            Some(scalars.number(if leaf.axis.is_none() { 1.0 } else { 0.0 }))
+        }
+        _ => None,
+    };
+    for value in integrals.iter_mut().flat_map(|i| i.terms.values_mut()) {
+        *value = problem.scalars.map(*value, &mut { one });
+    }
+    let change = Change::One { datum };
+    all.push(changed(change, &problem, of(&with, &integrals), with.clone()));
+}
+
+/// The product of an unknown and its test function.
+fn mass(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
+    let mut problem = problem.clone();
+    let terms = (0..problem.unknowns[unknown].space.count()).map(|component| {
+        let leaf = |field: Field| Leaf {
+            field,
+            component,
+            axis: None,
+            second: None,
+            side: Side::Here,
+        };
+        let value: Id = problem.scalars.leaf(leaf(Field::Unknown(unknown)));
+        (leaf(Field::Test(unknown)), value)
+    });
+    let integral = Integral {
+        measure: crate::problem::Measure {
+            domain: Domain::Cells,
+            groups: Vec::new(),
+        },
+        terms: terms.collect(),
+        at: 0,
+    };
+    all.push(changed(Change::Mass { unknown }, &problem, vec![integral], vec![]));
+}

@@ -1,0 +1,169 @@
+//! Does a result of any code solve a form? The residual of its dofs, by row and by term, with Dirichlet values and means; and where it does
+//! not, which change of the form it would solve.
+//!
+//! Every change that is known is a vector: what it adds to the residual at the result. The fewest of them that leave nothing but rounding are
+//! the cause ([`Explanation`]).
+
+mod change;
+mod dictionary;
+mod local;
+mod recovery;
+mod residual;
+
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Mesh;
+
+pub use change::{Cause, Change, Explanation, Interpolated, Part};
+use residual::Residual;
+
+use crate::own::places;
+use crate::problem::Problem;
+
+/// What a result leaves of a form.
+#[derive(Debug)]
+pub struct Judged {
+    /// Its dofs.
+    pub dofs: usize,
+    /// Those that are not given.
+    pub free: usize,
+    /// The rows of free dofs, the largest error first.
+    pub rows: Vec<Row>,
+    /// Dirichlet values, the largest error first.
+    pub held: Vec<Row>,
+    /// Given means: the unknown, and by how much its mean is off, over the mean of its absolute value or the given one.
+    pub means: Vec<(usize, f64)>,
+    /// The terms of F, in their order.
+    pub terms: Vec<Term>,
+    /// The change of the form that the result solves; none where it solves the form itself, or none is known.
+    pub explanation: Option<Explanation>,
+}
+
+/// An equation, or a given value.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// The position of the unknown.
+    pub unknown: usize,
+    /// Its component; 0 of a vector as a whole.
+    pub component: usize,
+    /// Where its dof is.
+    pub at: [f64; 3],
+    /// The residual over the sum of the sizes of what it is made of; of a given value the difference over the largest value.
+    pub error: f64,
+    /// The residual itself; of a given value the difference.
+    pub residual: f64,
+    /// The term of F that is largest in this row.
+    pub term: usize,
+}
+
+/// A term of F.
+#[derive(Debug, Clone)]
+pub struct Term {
+    /// Its text.
+    pub text: String,
+    /// Its largest row, over the sizes of rows.
+    pub largest: f64,
+}
+
+/// Puts the fields of a result, which have the names of the unknowns, into a form; `unit` is the relative error with which its numbers were
+/// written.
+///
+/// # Errors
+/// A result on another mesh, fields that are not there or are no functions of the spaces, and a form of several steps in time.
+pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh, unit: f64) -> Result<Judged> {
+    let residual = Residual::new(problem, source, result, unit)?;
+    let (rows, held) = rows(&residual);
+    let terms = residual.terms.iter().zip(texts(problem));
+    let terms = terms.map(|(values, text)| {
+        let all = values.iter().zip(&residual.sizes);
+        let largest = all.fold(0.0_f64, |most, (r, size)| most.max(relative(*r, *size)));
+        Term { text, largest }
+    });
+    Ok(Judged {
+        dofs: residual.u.len(),
+        free: rows.len(),
+        rows,
+        held,
+        means: off_means(&residual),
+        terms: terms.collect(),
+        explanation: recovery::explain(&residual, unit),
+    })
+}
+
+fn relative(value: f64, size: f64) -> f64 {
+    if value == 0.0 {
+        0.0
+    } else {
+        value.abs() / size.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// The rows of free and of given dofs, the largest error first.
+fn rows(residual: &Residual<'_>) -> (Vec<Row>, Vec<Row>) {
+    let (u, held) = (&residual.u, &residual.held);
+    let largest = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+    let (mut free_rows, mut held_rows) = (Vec::new(), Vec::new());
+    for (k, (unknown, component, at)) in places(&residual.assembler).into_iter().enumerate() {
+        let sized = residual.terms.iter().map(|values| values[k].abs());
+        let most = sized.enumerate().fold(
+            (0, -1.0),
+            |most, own| if own.1 > most.1 { own } else { most },
+        );
+        let (values, size, rows) = match held.is_held[k] {
+            false => (residual.values[k], residual.sizes[k], &mut free_rows),
+            true => {
+                let size = largest.max(held.values[k].abs());
+                (u[k] - held.values[k], size, &mut held_rows)
+            }
+        };
+        rows.push(Row {
+            unknown,
+            component,
+            at,
+            error: relative(values, size),
+            residual: values,
+            term: most.0,
+        });
+    }
+    for rows in [&mut free_rows, &mut held_rows] {
+        rows.sort_by(|a: &Row, b: &Row| b.error.total_cmp(&a.error));
+    }
+    (free_rows, held_rows)
+}
+
+/// By how much given means are off.
+fn off_means(residual: &Residual<'_>) -> Vec<(usize, f64)> {
+    let means = residual.problem.means.iter().zip(&residual.means);
+    let off = means.map(|(mean, (row, wanted))| {
+        let all = row.iter().zip(&residual.u).map(|(r, u)| r * u);
+        let (sum, size) = all.fold((0.0, wanted.abs()), |(sum, size), part| {
+            (sum + part, size + part.abs())
+        });
+        (mean.unknown, relative(sum - wanted, size))
+    });
+    off.collect()
+}
+
+/// The text of each term of F, on one line.
+fn texts(problem: &Problem) -> Vec<String> {
+    let chars: Vec<char> = problem.form.0.chars().collect();
+    let ends = problem
+        .integrals
+        .iter()
+        .skip(1)
+        .map(|i| i.at)
+        .chain([chars.len()]);
+    let text = |(from, to): (usize, usize)| {
+        let text: String = chars[from.min(chars.len())..to.max(from).min(chars.len())]
+            .iter()
+            .collect();
+        let words: Vec<&str> = text.split_whitespace().collect();
+        words.join(" ").trim_end_matches(['+', '-', ' ']).to_owned()
+    };
+    problem
+        .integrals
+        .iter()
+        .map(|i| i.at)
+        .zip(ends)
+        .map(text)
+        .collect()
+}

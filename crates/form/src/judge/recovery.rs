@@ -1,0 +1,362 @@
+//! The fewest changes of a form that leave nothing of a residual.
+//!
+//! With b = -F(u; ·) and the vectors d_k of the changes, over the sizes of rows, b = Σ δ_k d_k is sought with few δ_k that are not 0: first with
+//! each change alone, then with each pair, then by adding the one that helps most (orthogonal matching pursuit: Y. Pati, R. Rezaiifar,
+//! P. Krishnaprasad, Asilomar 1993). A change counts as the cause only if all rows are left with rounding.
+
+use faceoff_mesh::parallel;
+
+use super::change::{Cause, Change, Explanation, rank};
+use super::dictionary::{Entry, dictionary};
+use super::local::local;
+use super::residual::{Residual, dot};
+
+/// Rows that leave no more than this, over their sizes, are left with rounding.
+const ROUNDING: f64 = 1e-13;
+/// Of numbers that were rounded when they were written, a row may be off by so many of their last digits.
+const WRITTEN: f64 = 4.0;
+/// A cause leaves no more than this part of the largest row.
+const CONTRAST: f64 = 1e-2;
+/// Changes that are tried in pairs.
+const PAIRED: usize = 120;
+/// Pairs, and changes beside one, that are looked at closely.
+const CLOSELY: usize = 12;
+/// Changes in one explanation.
+const MOST: usize = 4;
+/// The nearest change is told if it explains this part.
+const NEAREST: f64 = 0.5;
+/// A number is a plain one, such as -1, if it is this near.
+const PLAIN: f64 = 1e-6;
+/// Other explanations that are told.
+const ALIKE: usize = 3;
+
+/// A change whose vector is known.
+pub struct Column {
+    pub change: Change,
+    /// What makes the vector where parameters change.
+    pub entry: Option<Entry>,
+    /// Over the sizes of rows.
+    pub vector: Vec<f64>,
+    /// vector · vector
+    pub square: f64,
+}
+
+/// Some changes, their δ, and the rows that they leave.
+#[derive(Clone)]
+struct Trial {
+    of: Vec<usize>,
+    deltas: Vec<f64>,
+    left: f64,
+}
+
+/// Why a result does not solve a form; none where it does, or where no change that is known explains half of it.
+pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
+    let scaled = |values: &[f64]| -> Vec<f64> {
+        let all = values.iter().zip(&residual.sizes);
+        all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 }).collect()
+    };
+    let b: Vec<f64> = scaled(&residual.values).iter().map(|r| -r).collect();
+    let worst = largest(&b);
+    let rounding = ROUNDING.max(WRITTEN * unit).min(CONTRAST * worst);
+    if worst <= ROUNDING.max(WRITTEN * unit) {
+        return None;
+    }
+    let all = dictionary(residual).into_iter().map(|(entry, vector)| {
+        let vector = scaled(&vector);
+        let square = dot(&vector, &vector);
+        Column {
+            change: entry.change.clone(),
+            entry: Some(entry),
+            vector,
+            square,
+        }
+    });
+    // What is nothing here explains nothing.
+    let mut columns: Vec<Column> = all.filter(|c| largest(&c.vector) > ROUNDING).collect();
+    columns.extend(local(residual, &b, rounding));
+    let search = Search {
+        residual,
+        columns: &columns,
+        rounding,
+        b: &b,
+    };
+    search.explanation()
+}
+
+struct Search<'a> {
+    residual: &'a Residual<'a>,
+    columns: &'a [Column],
+    rounding: f64,
+    b: &'a [f64],
+}
+
+impl Search<'_> {
+    fn explanation(&self) -> Option<Explanation> {
+        let singles: Vec<Trial> = (0..self.columns.len()).map(|k| self.fit(vec![k])).collect();
+        let mut exact = self.exact(&singles);
+        if exact.is_empty() {
+            exact = self.exact(&self.pairs(&singles));
+        }
+        if exact.is_empty() {
+            exact = self.exact(&self.greedy(&singles));
+        }
+        exact.sort_by_key(|(causes, _)| rank(causes));
+        let mut exact = exact.into_iter();
+        if let Some((causes, left)) = exact.next() {
+            return Some(Explanation {
+                left,
+                share: 1.0,
+                is_exact: true,
+                alike: exact.map(|(causes, _)| causes).take(ALIKE).collect(),
+                causes,
+            });
+        }
+        let share = |trial: &Trial| 1.0 - norm(&self.rest(trial)) / norm(self.b);
+        let nearest = singles.iter().filter(|trial| !self.change(trial.of[0]).is_whole());
+        let nearest = nearest.max_by(|a, b| share(a).total_cmp(&share(b)))?;
+        (share(nearest) >= NEAREST).then(|| Explanation {
+            causes: self.causes(nearest),
+            left: nearest.left,
+            share: share(nearest),
+            is_exact: false,
+            alike: Vec::new(),
+        })
+    }
+
+    fn change(&self, k: usize) -> &Change {
+        &self.columns[k].change
+    }
+
+    /// The δ that leave least in the sum of squares.
+    fn fit(&self, of: Vec<usize>) -> Trial {
+        let mut trial = Trial {
+            deltas: vec![0.0; of.len()],
+            of,
+            left: 0.0,
+        };
+        // The second time for what rounding has left.
+        for _ in 0..2 {
+            let rest = self.rest(&trial);
+            let of = trial.of.iter().map(|k| &self.columns[*k]);
+            let right = of.clone().map(|c| dot(&c.vector, &rest)).collect();
+            let gram = of
+                .clone()
+                .map(|c| of.clone().map(|d| dot(&c.vector, &d.vector)).collect())
+                .collect();
+            for (delta, more) in trial.deltas.iter_mut().zip(solved(gram, right)) {
+                *delta += more;
+            }
+        }
+        trial.left = largest(&self.rest(&trial));
+        trial
+    }
+
+    fn rest(&self, trial: &Trial) -> Vec<f64> {
+        let mut rest = self.b.to_vec();
+        for (k, delta) in trial.of.iter().zip(&trial.deltas) {
+            let all = rest.iter_mut().zip(&self.columns[*k].vector);
+            all.for_each(|(rest, d)| *rest -= delta * d);
+        }
+        rest
+    }
+
+    /// Those trials that leave rounding, once numbers that a change does not have are 1, and parameters have their exact values.
+    fn exact(&self, trials: &[Trial]) -> Vec<(Vec<Cause>, f64)> {
+        let near = trials.iter().filter(|trial| {
+            let is_parameter = |k: &usize| matches!(self.change(*k), Change::Parameter { .. });
+            trial.left <= self.rounding
+                || trial.of.iter().any(is_parameter) && trial.left <= 0.3 * largest(self.b)
+        });
+        let settled = near.filter_map(|trial| {
+            let mut trial = trial.clone();
+            for (k, delta) in trial.of.iter().zip(&mut trial.deltas) {
+                let plain = match self.change(*k).is_whole() {
+                    true => Some(1.0),
+                    false => [-1.0, -2.0].into_iter().find(|n| (*delta - n).abs() < PLAIN),
+                };
+                *delta = plain.unwrap_or(*delta);
+            }
+            trial.left = largest(&self.rest(&trial));
+            let is_used = self.is_used(&trial);
+            if trial.left > self.rounding {
+                self.with_parameters(&mut trial);
+            }
+            (is_used && trial.left <= self.rounding).then(|| (self.causes(&trial), trial.left))
+        });
+        settled.collect()
+    }
+
+    /// Does each change matter?
+    fn is_used(&self, trial: &Trial) -> bool {
+        let each = trial.of.iter().zip(&trial.deltas);
+        let mut sizes = each.map(|(k, delta)| delta.abs() * largest(&self.columns[*k].vector));
+        sizes.all(|size| size > 10.0 * self.rounding)
+    }
+
+    /// Newton's method for the values of parameters, on which F may depend in any way.
+    fn with_parameters(&self, trial: &mut Trial) {
+        let is_parameter = |k: &usize| match self.change(*k) {
+            Change::Parameter { parameter } => Some(*parameter),
+            _ => None,
+        };
+        if !trial.of.iter().any(|k| is_parameter(k).is_some()) {
+            return;
+        }
+        let residual = self.residual;
+        let over = |values: Vec<f64>| -> Vec<f64> {
+            let all = values.iter().zip(&residual.sizes);
+            all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 }).collect()
+        };
+        for _ in 0..6 {
+            let mut parameters = residual.parameters.clone();
+            for (k, delta) in trial.of.iter().zip(&trial.deltas) {
+                if let Some(parameter) = is_parameter(k) {
+                    parameters[parameter] += delta;
+                }
+            }
+            let vectors: Vec<Vec<f64>> = trial
+                .of
+                .iter()
+                .filter_map(|k| self.columns[*k].entry.as_ref())
+                .map(|entry| over(entry.vector(residual, &parameters)))
+                .collect();
+            if vectors.len() < trial.of.len() {
+                return;
+            }
+            let mut rest: Vec<f64> = over(residual.with(&parameters)).iter().map(|r| -r).collect();
+            let all = trial.of.iter().zip(&trial.deltas).zip(&vectors);
+            for ((_, delta), d) in all.filter(|((k, _), _)| is_parameter(k).is_none()) {
+                rest.iter_mut().zip(d).for_each(|(rest, d)| *rest -= delta * d);
+            }
+            trial.left = largest(&rest);
+            if !(trial.left > self.rounding) {
+                return;
+            }
+            let right = vectors.iter().map(|d| dot(d, &rest)).collect();
+            let gram = vectors
+                .iter()
+                .map(|a| vectors.iter().map(|b| dot(a, b)).collect())
+                .collect();
+            let more = solved(gram, right);
+            for ((k, delta), more) in trial.of.iter().zip(&mut trial.deltas).zip(more) {
+                if !self.change(*k).is_whole() {
+                    *delta += more;
+                }
+            }
+        }
+    }
+
+    fn causes(&self, trial: &Trial) -> Vec<Cause> {
+        let each = trial.of.iter().zip(&trial.deltas).map(|(k, delta)| {
+            let change = self.change(*k).clone();
+            let factor = match &change {
+                Change::Parameter { parameter } => self.residual.parameters[*parameter] + delta,
+                Change::Mass { .. } | Change::Varying { .. } => *delta,
+                change if change.is_whole() => 1.0,
+                _ => 1.0 + delta,
+            };
+            Cause { change, factor }
+        });
+        let mut all: Vec<Cause> = each.collect();
+        all.sort_by_key(|cause| rank(std::slice::from_ref(cause)));
+        all
+    }
+
+    /// The best changes alone, in order: what is left by squares.
+    fn best(&self, singles: &[Trial], count: usize) -> Vec<usize> {
+        let mut order: Vec<(f64, usize)> = singles
+            .iter()
+            .map(|trial| (norm(&self.rest(trial)), trial.of[0]))
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order.into_iter().map(|(_, k)| k).take(count).collect()
+    }
+
+    /// The pairs that leave least.
+    fn pairs(&self, singles: &[Trial]) -> Vec<Trial> {
+        let best = self.best(singles, PAIRED);
+        let b: Vec<f64> = best.iter().map(|k| dot(&self.columns[*k].vector, self.b)).collect();
+        let rows = parallel::map(best.iter().enumerate(), |(i, k)| {
+            let of = best[..i].iter().enumerate().filter_map(|(j, l)| {
+                let [c, d] = [&self.columns[*k], &self.columns[*l]];
+                let both = dot(&c.vector, &d.vector);
+                let determinant = c.square * d.square - both * both;
+                // Two that are parallel are one.
+                if determinant <= 1e-12 * c.square * d.square {
+                    return None;
+                }
+                let explained = b[i] * b[i] * d.square - 2.0 * b[i] * b[j] * both + b[j] * b[j] * c.square;
+                Some((explained / determinant, [*k, *l]))
+            });
+            of.collect::<Vec<_>>()
+        });
+        let mut rows: Vec<(f64, [usize; 2])> = rows.into_iter().flatten().collect();
+        rows.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let closely = rows.into_iter().take(CLOSELY);
+        closely.map(|(_, pair)| self.fit(pair.to_vec())).collect()
+    }
+
+    /// From each of the best changes on, the one that helps most is added.
+    fn greedy(&self, singles: &[Trial]) -> Vec<Trial> {
+        let mut found = Vec::new();
+        for first in self.best(singles, CLOSELY) {
+            let mut trial = self.fit(vec![first]);
+            while trial.of.len() < MOST && trial.left > self.rounding {
+                let rest = self.rest(&trial);
+                let gain = |k: &usize| {
+                    let column = &self.columns[*k];
+                    dot(&column.vector, &rest).powi(2) / column.square
+                };
+                let others = (0..self.columns.len()).filter(|k| !trial.of.contains(k));
+                let Some(next) = others.max_by(|a, b| gain(a).total_cmp(&gain(b))) else {
+                    break;
+                };
+                let mut of = trial.of.clone();
+                of.push(next);
+                trial = self.fit(of);
+            }
+            found.push(trial);
+        }
+        found
+    }
+}
+
+/// The largest |x|; infinite where one is not a number.
+pub fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| match x.is_nan() {
+        true => f64::INFINITY,
+        false => most.max(x.abs()),
+    })
+}
+
+fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
+/// Solves a small symmetric system by elimination with pivots on the diagonal; 0 for what is not determined.
+fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
+    let n = b.len();
+    let size: Vec<f64> = (0..n).map(|k| a[k][k]).collect();
+    let mut order = Vec::new();
+    for _ in 0..n {
+        let open = (0..n).filter(|k| !order.contains(k) && a[*k][*k] > 1e-14 * size[*k]);
+        let Some(k) = open.max_by(|i, j| (a[*i][*i] / size[*i]).total_cmp(&(a[*j][*j] / size[*j])))
+        else {
+            break;
+        };
+        order.push(k);
+        for i in (0..n).filter(|i| !order.contains(i)) {
+            let factor = a[i][k] / a[k][k];
+            for j in 0..n {
+                a[i][j] -= factor * a[k][j];
+            }
+            b[i] -= factor * b[k];
+        }
+    }
+    let mut x = vec![0.0; n];
+    for k in order.iter().rev() {
+        let others: f64 = (0..n).filter(|j| j != k).map(|j| a[*k][j] * x[j]).sum();
+        x[*k] = (b[*k] - others) / a[*k][*k];
+    }
+    x
+}

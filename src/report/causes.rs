@@ -1,0 +1,204 @@
+//! What a result solves in place of a form, in words and for JSON.
+
+use serde::Serialize;
+
+use crate::text::number::{number, place};
+use crate::text::{Text, text};
+use faceoff_form::Problem;
+use faceoff_form::judge::{Cause, Change, Explanation, Interpolated, Judged, Part};
+use faceoff_form::problem::Domain;
+
+/// A change of a form.
+#[derive(Serialize)]
+pub struct CauseTold {
+    kind: &'static str,
+    /// The text of the term, if it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    term: Option<String>,
+    /// The group, parameter, datum, unknown, rule, cells or facets.
+    #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
+    place: Option<String>,
+    /// The factor of the term or of a part of it, the value of the parameter, or the slope of a factor; none of a change without a number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    factor: Option<f64>,
+    /// What all changes leave together: the largest row, over the sizes of rows.
+    left: f64,
+}
+
+/// What one has to know to name a change.
+pub struct Names<'a> {
+    pub problem: &'a Problem,
+    pub judged: &'a Judged,
+}
+
+impl Names<'_> {
+    fn term(&self, k: usize) -> &str {
+        &self.judged.terms[k].text
+    }
+
+    fn code(&self, k: usize) -> Text {
+        code(self.term(k))
+    }
+
+    /// `the term … were missing and …`, behind "as if".
+    pub fn sentence(&self, causes: &[Cause]) -> Text {
+        let mut all = causes.iter().map(|cause| self.words(cause));
+        let first = all.next().unwrap_or_default();
+        all.fold(first, |sentence, next| text!("{} and {}", sentence, next))
+    }
+
+    fn words(&self, Cause { change, factor }: &Cause) -> Text {
+        let problem = self.problem;
+        let group = |k: usize| code(&problem.groups[k].name);
+        match change {
+            Change::Factor { term } => has(text!("the term {}", self.code(*term)), *factor),
+            Change::Group { term, group: k } => has(
+                text!("the term {} on {}", self.code(*term), group(*k)),
+                *factor,
+            ),
+            Change::Parameter { parameter } => text!(
+                "{} were {}",
+                code(&problem.parameters[*parameter].name),
+                number(*factor, 7)
+            ),
+            Change::Rule { term, rule } => text!(
+                "the term {} were integrated by the rule {}",
+                self.code(*term),
+                code(rule)
+            ),
+            Change::Data { datum, term, by } => {
+                let name = code(&problem.data[*datum].name);
+                let within = term.map(|term| text!(" in {}", self.code(term)));
+                let how = match by {
+                    Interpolated::Points => "taken at the quadrature points".to_owned(),
+                    Interpolated::Degree(0) => "taken at the centre of each cell".to_owned(),
+                    Interpolated::Degree(k) => format!("interpolated by P{k}"),
+                };
+                text!("{}{} were {}", name, within, how)
+            }
+            Change::One { datum } => text!("{} were 1", code(&problem.data[*datum].name)),
+            Change::Transposed { term } => text!(
+                "the term {} had test function and unknown exchanged",
+                self.code(*term)
+            ),
+            Change::Moved { term, group: k } => {
+                text!("the term {} were taken on {}", self.code(*term), group(*k))
+            }
+            Change::Part { term, part } => {
+                let part = match part {
+                    Part::Slope(axis) => format!("derivative by {}", ["x", "y", "z"][*axis]),
+                    Part::Component(k) => format!("component {k}"),
+                };
+                let what = text!(
+                    "the part of the term {} with the {} of the test function",
+                    self.code(*term),
+                    part
+                );
+                has(what, *factor)
+            }
+            Change::Varying { term, axis } => text!(
+                "the term {} had the factor 1 {} {} {}",
+                self.code(*term),
+                if *factor < 0.0 { "-" } else { "+" },
+                number(factor.abs(), 6),
+                ["x", "y", "z"][*axis]
+            ),
+            Change::Mass { unknown } => {
+                let unknown = &problem.unknowns[*unknown];
+                let product = match unknown.space.size {
+                    None => format!("{}*{}*dx", unknown.name, unknown.test),
+                    Some(_) => format!("dot({}, {})*dx", unknown.name, unknown.test),
+                };
+                text!("{} times {} were added", number(*factor, 6), code(&product))
+            }
+            Change::Some { term, .. } => has(
+                text!("the term {} {}", self.code(*term), self.some(change)),
+                *factor,
+            ),
+        }
+    }
+
+    /// `in one cell, at (…)`, `on 3 of 8 facets, from (…) to (…)`.
+    fn some(&self, change: &Change) -> String {
+        let Change::Some {
+            domain,
+            count,
+            of,
+            between: [low, high],
+            ..
+        } = change
+        else {
+            return String::new();
+        };
+        let at = |x: &[f64; 3]| place(&x[..self.problem.dim]);
+        let (within, what) = match domain {
+            Domain::Cells => ("in", "cell"),
+            _ => ("on", "facet"),
+        };
+        match count {
+            1 => format!("{within} one {what} of {of}, at {}", at(low)),
+            _ => format!("{within} {count} {what}s of {of}, from {} to {}", at(low), at(high)),
+        }
+    }
+
+    /// The changes of an explanation, for JSON.
+    pub fn told(&self, explanation: &Explanation) -> Vec<CauseTold> {
+        let each = explanation.causes.iter();
+        each.map(|cause| self.entry(cause, explanation.left)).collect()
+    }
+
+    fn entry(&self, cause: &Cause, left: f64) -> CauseTold {
+        let problem = self.problem;
+        let group = |k: usize| problem.groups[k].name.clone();
+        let (kind, term, place) = match &cause.change {
+            Change::Factor { term } => ("factor", Some(term), None),
+            Change::Parameter { parameter } => {
+                let name = &problem.parameters[*parameter].name;
+                ("parameter", None, Some(name.clone()))
+            }
+            Change::Rule { term, rule } => ("rule", Some(term), Some((*rule).to_owned())),
+            Change::Data { datum, term, .. } => {
+                let name = &problem.data[*datum].name;
+                ("data", term.as_ref(), Some(name.clone()))
+            }
+            Change::One { datum } => ("one", None, Some(problem.data[*datum].name.clone())),
+            Change::Transposed { term } => ("transposed", Some(term), None),
+            Change::Moved { term, group: k } => ("moved", Some(term), Some(group(*k))),
+            Change::Group { term, group: k } => ("group", Some(term), Some(group(*k))),
+            Change::Part { term, part } => {
+                let place = match part {
+                    Part::Slope(axis) => format!("derivative {axis}"),
+                    Part::Component(k) => format!("component {k}"),
+                };
+                ("part", Some(term), Some(place))
+            }
+            Change::Varying { term, axis } => {
+                ("varying", Some(term), Some(["x", "y", "z"][*axis].to_owned()))
+            }
+            Change::Mass { unknown } => {
+                ("mass", None, Some(problem.unknowns[*unknown].name.clone()))
+            }
+            Change::Some { term, .. } => ("some", Some(term), Some(self.some(&cause.change))),
+        };
+        CauseTold {
+            kind,
+            term: term.map(|k| self.term(*k).to_owned()),
+            place,
+            factor: (!cause.change.is_whole()).then_some(cause.factor),
+            left,
+        }
+    }
+}
+
+fn code(words: &str) -> Text {
+    Text::message(&format!("`{words}`"))
+}
+
+/// Something is missing, or has a factor.
+fn has(what: Text, factor: f64) -> Text {
+    match factor {
+        0.0 => text!("{} were missing", what),
+        -1.0 => text!("{} had the other sign", what),
+        _ => text!("{} had the factor {}", what, number(factor, 7)),
+    }
+}
