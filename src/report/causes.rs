@@ -62,8 +62,11 @@ impl Names<'_> {
                 number(*factor, 7)
             ),
             Change::Rule { term, rule } => text!(
-                "the term {} were integrated by the rule {}",
-                self.code(*term),
+                "{} were integrated by the rule {}",
+                match term {
+                    Some(term) => text!("the term {}", self.code(*term)),
+                    None => text!("all terms"),
+                },
                 code(rule)
             ),
             Change::Data { datum, term, by } => {
@@ -137,14 +140,19 @@ impl Names<'_> {
         };
         match count {
             1 => format!("{within} one {what} of {of}, at {}", at(low)),
-            _ => format!("{within} {count} {what}s of {of}, from {} to {}", at(low), at(high)),
+            _ => format!(
+                "{within} {count} {what}s of {of}, from {} to {}",
+                at(low),
+                at(high)
+            ),
         }
     }
 
     /// The changes of an explanation, for JSON.
     pub fn told(&self, explanation: &Explanation) -> Vec<CauseTold> {
         let each = explanation.causes.iter();
-        each.map(|cause| self.entry(cause, explanation.left)).collect()
+        each.map(|cause| self.entry(cause, explanation.left))
+            .collect()
     }
 
     fn entry(&self, cause: &Cause, left: f64) -> CauseTold {
@@ -156,7 +164,7 @@ impl Names<'_> {
                 let name = &problem.parameters[*parameter].name;
                 ("parameter", None, Some(name.clone()))
             }
-            Change::Rule { term, rule } => ("rule", Some(term), Some((*rule).to_owned())),
+            Change::Rule { term, rule } => ("rule", term.as_ref(), Some((*rule).to_owned())),
             Change::Data { datum, term, .. } => {
                 let name = &problem.data[*datum].name;
                 ("data", term.as_ref(), Some(name.clone()))
@@ -172,9 +180,11 @@ impl Names<'_> {
                 };
                 ("part", Some(term), Some(place))
             }
-            Change::Varying { term, axis } => {
-                ("varying", Some(term), Some(["x", "y", "z"][*axis].to_owned()))
-            }
+            Change::Varying { term, axis } => (
+                "varying",
+                Some(term),
+                Some(["x", "y", "z"][*axis].to_owned()),
+            ),
             Change::Mass { unknown } => {
                 ("mass", None, Some(problem.unknowns[*unknown].name.clone()))
             }

@@ -202,7 +202,14 @@ impl FormJudgement {
                     share(found.share)
                 ),
             };
-            because.push((cause, if found.is_exact { "all but rounding" } else { "a part" }));
+            because.push((
+                cause,
+                if found.is_exact {
+                    "all but rounding"
+                } else {
+                    "a part"
+                },
+            ));
             let alike = found.alike.iter().map(|causes| known.sentence(causes));
             because.extend(alike.map(|text| (text, "all but rounding")));
         } else if failing > 0 {

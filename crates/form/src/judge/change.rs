@@ -15,10 +15,10 @@ pub enum Change {
         /// Its position.
         parameter: usize,
     },
-    /// A term is integrated by another rule.
+    /// A term, or all that are integrated by the same rule, is integrated by another one.
     Rule {
-        /// Its position.
-        term: usize,
+        /// Its position; none of all.
+        term: Option<usize>,
         /// The name of the rule.
         rule: &'static str,
     },

@@ -48,7 +48,12 @@ impl Entry {
                 parameters,
             ),
             Make::Parameter(k) => {
-                let step = STEP * if parameters[*k] == 0.0 { 1.0 } else { parameters[*k].abs() };
+                let step = STEP
+                    * if parameters[*k] == 0.0 {
+                        1.0
+                    } else {
+                        parameters[*k].abs()
+                    };
                 let at = |by: f64| {
                     let mut parameters = parameters.to_vec();
                     parameters[*k] += by;
@@ -95,7 +100,14 @@ fn sum(
     let assembler = &residual.assembler;
     for integral in integrals {
         let (mesh, rules) = (&assembler.mesh, rules.clone());
-        let work = Work::new(&mut problem, mesh, residual.source, integral, rules, Bilinear::new());
+        let work = Work::new(
+            &mut problem,
+            mesh,
+            residual.source,
+            integral,
+            rules,
+            Bilinear::new(),
+        );
         assembler.contributions(&problem, &work, residual.state(parameters), |_, rows| {
             for (dof, value) in rows {
                 all[*dof] += value;
@@ -115,8 +127,8 @@ pub fn dictionary(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
         change: Change::Parameter { parameter },
         make: Make::Parameter(parameter),
     }));
+    (0..2).for_each(|place| rules(problem, place, &mut all));
     for term in terms {
-        rules(problem, term, &mut all);
         groups(problem, term, &mut all);
         parts(problem, term, &mut all);
         transposed(problem, term, &mut all);
@@ -129,12 +141,7 @@ pub fn dictionary(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
     })
 }
 
-fn changed(
-    change: Change,
-    problem: &Problem,
-    integrals: Vec<Integral>,
-    less: Vec<usize>,
-) -> Entry {
+fn changed(change: Change, problem: &Problem, integrals: Vec<Integral>, less: Vec<usize>) -> Entry {
     Entry {
         change,
         make: Make::Integrals {
@@ -146,33 +153,43 @@ fn changed(
     }
 }
 
-/// Every rule that a code may take.
-fn rules(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
-    let integral = &problem.integrals[term];
-    let (place, dim) = match integral.measure.domain {
-        Domain::Cells => (0, problem.dim),
-        _ => (1, problem.dim - 1),
+/// Every rule that a code may take on cells (0) or facets (1): in all terms, and in each if they are several.
+fn rules(problem: &Problem, place: usize, all: &mut Vec<Entry>) {
+    let dim = problem.dim - place;
+    let is_here = |k: &usize| {
+        let is_cells = problem.integrals[*k].measure.domain == Domain::Cells;
+        is_cells == (place == 0)
     };
-    let names = quadrature::names(dim).iter().chain(quadrature::foreign(dim));
+    let terms: Vec<usize> = (0..problem.integrals.len()).filter(is_here).collect();
+    let names = quadrature::names(dim)
+        .iter()
+        .chain(quadrature::foreign(dim));
     for rule in names.filter_map(|name| quadrature::rule(dim, name)) {
         let mut rules = problem.rules();
         if rules[place].name == rule.name {
             continue;
         }
-        let change = Change::Rule {
-            term,
-            rule: rule.name,
-        };
+        let name = rule.name;
         rules[place] = rule;
-        all.push(Entry {
-            change,
-            make: Make::Integrals {
-                problem: Box::new(problem.clone()),
-                integrals: vec![integral.clone()],
-                rules,
-                less: vec![term],
-            },
-        });
+        let mut push = |term: Option<usize>, terms: &[usize]| {
+            let integrals = terms.iter().map(|k| problem.integrals[*k].clone());
+            all.push(Entry {
+                change: Change::Rule { term, rule: name },
+                make: Make::Integrals {
+                    problem: Box::new(problem.clone()),
+                    integrals: integrals.collect(),
+                    rules: rules.clone(),
+                    less: terms.to_vec(),
+                },
+            });
+        };
+        match terms[..] {
+            [term] => push(Some(term), &terms),
+            _ => {
+                push(None, &terms);
+                terms.iter().for_each(|term| push(Some(*term), &[*term]));
+            }
+        }
     }
 }
 
@@ -193,7 +210,12 @@ fn groups(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
     };
     if own.len() > 1 {
         for &group in own {
-            all.push(changed(Change::Group { term, group }, problem, on(group), vec![]));
+            all.push(changed(
+                Change::Group { term, group },
+                problem,
+                on(group),
+                vec![],
+            ));
         }
     }
     if measure.domain == Domain::Boundary && !measure.groups.is_empty() {
@@ -215,7 +237,12 @@ fn parts(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
     let slopes: BTreeSet<usize> = integral.terms.keys().filter_map(|leaf| leaf.axis).collect();
     let components: BTreeSet<usize> = integral.terms.keys().map(|leaf| leaf.component).collect();
     let mut push = |part: Part, of: Integral| {
-        all.push(changed(Change::Part { term, part }, problem, vec![of], vec![]));
+        all.push(changed(
+            Change::Part { term, part },
+            problem,
+            vec![of],
+            vec![],
+        ));
     };
     if slopes.len() > 1 {
         for axis in slopes {
@@ -279,7 +306,10 @@ fn data(problem: &Problem, datum: usize, all: &mut Vec<Entry>) {
     let terms = 0..problem.integrals.len();
     let with: Vec<usize> = terms.filter(|k| has(&problem.integrals[*k])).collect();
     let of = |terms: &[usize], integrals: &[Integral]| {
-        terms.iter().map(|k| integrals[*k].clone()).collect::<Vec<_>>()
+        terms
+            .iter()
+            .map(|k| integrals[*k].clone())
+            .collect::<Vec<_>>()
     };
     let known = problem.data[datum].space.map(|space| space.element);
     let size = problem.data[datum].shape.iter().product::<usize>();
@@ -303,7 +333,12 @@ fn data(problem: &Problem, datum: usize, all: &mut Vec<Entry>) {
         let integrals = problem.integrals.clone();
         let mut push = |terms: &[usize], term: Option<usize>| {
             let change = Change::Data { datum, term, by };
-            all.push(changed(change, &problem, of(terms, &integrals), terms.to_vec()));
+            all.push(changed(
+                change,
+                &problem,
+                of(terms, &integrals),
+                terms.to_vec(),
+            ));
         };
         push(&with, None);
         if with.len() > 1 {
@@ -322,7 +357,12 @@ fn data(problem: &Problem, datum: usize, all: &mut Vec<Entry>) {
         *value = problem.scalars.map(*value, &mut { one });
     }
     let change = Change::One { datum };
-    all.push(changed(change, &problem, of(&with, &integrals), with.clone()));
+    all.push(changed(
+        change,
+        &problem,
+        of(&with, &integrals),
+        with.clone(),
+    ));
 }
 
 /// The product of an unknown and its test function.
@@ -347,5 +387,10 @@ fn mass(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
         terms: terms.collect(),
         at: 0,
     };
-    all.push(changed(Change::Mass { unknown }, &problem, vec![integral], vec![]));
+    all.push(changed(
+        Change::Mass { unknown },
+        &problem,
+        vec![integral],
+        vec![],
+    ));
 }

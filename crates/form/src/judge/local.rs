@@ -63,9 +63,9 @@ fn parts(
             if parts.len() > MOST || !rows.iter().any(is_failing) {
                 return;
             }
-            let free = rows.iter().filter(|(dof, _)| {
-                !residual.held.is_held[*dof] && residual.sizes[*dof] > 0.0
-            });
+            let free = rows
+                .iter()
+                .filter(|(dof, _)| !residual.held.is_held[*dof] && residual.sizes[*dof] > 0.0);
             let mut scaled: Vec<(usize, f64)> = free
                 .map(|(dof, value)| (*dof, value / residual.sizes[*dof]))
                 .collect();
@@ -96,7 +96,11 @@ fn centre(residual: &Residual<'_>, work: &Work, entity: &Entity) -> [f64; 3] {
         _ => work.placements[usize::from(entity.places[0])].facet,
     };
     let all = mesh.vertices(entity.cells[0] as usize);
-    let own = all.iter().take(mesh.dim + 1).enumerate().filter(|(k, _)| *k != facet);
+    let own = all
+        .iter()
+        .take(mesh.dim + 1)
+        .enumerate()
+        .filter(|(k, _)| *k != facet);
     let count = own.clone().count() as f64;
     std::array::from_fn(|axis| own.clone().map(|(_, at)| at[axis]).sum::<f64>() / count)
 }
@@ -135,7 +139,8 @@ fn together(parts: &[Part], b: &[f64]) -> Chosen {
             of_rows.entry(*dof).or_default().push((k, *d));
         }
     }
-    let mut rows: Vec<std::collections::BTreeMap<usize, f64>> = vec![Default::default(); parts.len()];
+    let mut rows: Vec<std::collections::BTreeMap<usize, f64>> =
+        vec![Default::default(); parts.len()];
     let mut right = vec![0.0; parts.len()];
     for (dof, entries) in &of_rows {
         for (k, d) in entries {
@@ -145,13 +150,19 @@ fn together(parts: &[Part], b: &[f64]) -> Chosen {
             }
         }
     }
-    let rows = rows.into_iter().map(|row| row.into_iter().collect()).collect();
+    let rows = rows
+        .into_iter()
+        .map(|row| row.into_iter().collect())
+        .collect();
     let places: Vec<[f64; 3]> = parts.iter().map(|part| part.at).collect();
     let solved = General::new(rows, &places, None).and_then(|factor| factor.solve(&right));
     let Ok(deltas) = solved else {
         return Vec::new();
     };
-    let most = deltas.iter().fold(0.0_f64, |most, d| if d.abs() > most.abs() { *d } else { most });
+    let most = deltas.iter().fold(
+        0.0_f64,
+        |most, d| if d.abs() > most.abs() { *d } else { most },
+    );
     let is_it = |k: &usize| (deltas[*k] - most).abs() <= SAME * most.abs().max(SAME);
     (0..parts.len()).filter(is_it).collect()
 }

@@ -53,7 +53,8 @@ struct Trial {
 pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
     let scaled = |values: &[f64]| -> Vec<f64> {
         let all = values.iter().zip(&residual.sizes);
-        all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 }).collect()
+        all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
+            .collect()
     };
     let b: Vec<f64> = scaled(&residual.values).iter().map(|r| -r).collect();
     let worst = largest(&b);
@@ -112,7 +113,9 @@ impl Search<'_> {
             });
         }
         let share = |trial: &Trial| 1.0 - norm(&self.rest(trial)) / norm(self.b);
-        let nearest = singles.iter().filter(|trial| !self.change(trial.of[0]).is_whole());
+        let nearest = singles
+            .iter()
+            .filter(|trial| !self.change(trial.of[0]).is_whole());
         let nearest = nearest.max_by(|a, b| share(a).total_cmp(&share(b)))?;
         (share(nearest) >= NEAREST).then(|| Explanation {
             causes: self.causes(nearest),
@@ -172,12 +175,14 @@ impl Search<'_> {
             for (k, delta) in trial.of.iter().zip(&mut trial.deltas) {
                 let plain = match self.change(*k).is_whole() {
                     true => Some(1.0),
-                    false => [-1.0, -2.0].into_iter().find(|n| (*delta - n).abs() < PLAIN),
+                    false => [-1.0, -2.0]
+                        .into_iter()
+                        .find(|n| (*delta - n).abs() < PLAIN),
                 };
                 *delta = plain.unwrap_or(*delta);
             }
             trial.left = largest(&self.rest(&trial));
-            let is_used = self.is_used(&trial);
+            let is_used = self.is_used(&trial) && self.has_equations(&trial);
             if trial.left > self.rounding {
                 self.with_parameters(&mut trial);
             }
@@ -193,6 +198,27 @@ impl Search<'_> {
         sizes.all(|size| size > 10.0 * self.rounding)
     }
 
+    /// Does the changed form still say something in each row? Where a term is alone in a row, the row holds without it whatever the result is.
+    fn has_equations(&self, trial: &Trial) -> bool {
+        let each = trial.of.iter().zip(&trial.deltas);
+        let missing: Vec<usize> = each
+            .filter_map(|(k, delta)| match self.change(*k) {
+                Change::Factor { term } if *delta == -1.0 => Some(*term),
+                _ => None,
+            })
+            .collect();
+        let (terms, sizes) = (&self.residual.terms, &self.residual.sizes);
+        let sum = |row: usize, is_missing: bool| -> f64 {
+            let of = (0..terms.len()).filter(|term| missing.contains(term) == is_missing);
+            of.map(|term| terms[term][row].abs()).sum()
+        };
+        let is_empty = |row: usize| {
+            sum(row, true) > self.rounding * sizes[row]
+                && sum(row, false) <= self.rounding * sizes[row]
+        };
+        missing.is_empty() || !(0..sizes.len()).any(is_empty)
+    }
+
     /// Newton's method for the values of parameters, on which F may depend in any way.
     fn with_parameters(&self, trial: &mut Trial) {
         let is_parameter = |k: &usize| match self.change(*k) {
@@ -205,7 +231,8 @@ impl Search<'_> {
         let residual = self.residual;
         let over = |values: Vec<f64>| -> Vec<f64> {
             let all = values.iter().zip(&residual.sizes);
-            all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 }).collect()
+            all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
+                .collect()
         };
         for _ in 0..6 {
             let mut parameters = residual.parameters.clone();
@@ -223,10 +250,15 @@ impl Search<'_> {
             if vectors.len() < trial.of.len() {
                 return;
             }
-            let mut rest: Vec<f64> = over(residual.with(&parameters)).iter().map(|r| -r).collect();
+            let mut rest: Vec<f64> = over(residual.with(&parameters))
+                .iter()
+                .map(|r| -r)
+                .collect();
             let all = trial.of.iter().zip(&trial.deltas).zip(&vectors);
             for ((_, delta), d) in all.filter(|((k, _), _)| is_parameter(k).is_none()) {
-                rest.iter_mut().zip(d).for_each(|(rest, d)| *rest -= delta * d);
+                rest.iter_mut()
+                    .zip(d)
+                    .for_each(|(rest, d)| *rest -= delta * d);
             }
             trial.left = largest(&rest);
             if !(trial.left > self.rounding) {
@@ -275,7 +307,10 @@ impl Search<'_> {
     /// The pairs that leave least.
     fn pairs(&self, singles: &[Trial]) -> Vec<Trial> {
         let best = self.best(singles, PAIRED);
-        let b: Vec<f64> = best.iter().map(|k| dot(&self.columns[*k].vector, self.b)).collect();
+        let b: Vec<f64> = best
+            .iter()
+            .map(|k| dot(&self.columns[*k].vector, self.b))
+            .collect();
         let rows = parallel::map(best.iter().enumerate(), |(i, k)| {
             let of = best[..i].iter().enumerate().filter_map(|(j, l)| {
                 let [c, d] = [&self.columns[*k], &self.columns[*l]];
@@ -285,7 +320,8 @@ impl Search<'_> {
                 if determinant <= 1e-12 * c.square * d.square {
                     return None;
                 }
-                let explained = b[i] * b[i] * d.square - 2.0 * b[i] * b[j] * both + b[j] * b[j] * c.square;
+                let explained =
+                    b[i] * b[i] * d.square - 2.0 * b[i] * b[j] * both + b[j] * b[j] * c.square;
                 Some((explained / determinant, [*k, *l]))
             });
             of.collect::<Vec<_>>()

@@ -57,8 +57,9 @@ impl Assembler {
     /// # Errors
     /// A mesh on which nothing can be solved.
     pub fn new(problem: &Problem, source: &Mesh) -> Result<Self> {
-        let integrals = problem.clone().residual();
-        Assembler::of(problem, source, &integrals, true)
+        let mut problem = problem.clone();
+        let integrals = problem.residual();
+        Assembler::of(&problem, source, &integrals, true)
     }
 
     /// Of some integrals, with or without the derivative.
