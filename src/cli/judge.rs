@@ -8,10 +8,9 @@ use super::{code, solve};
 use crate::engine::{Settings, Silent, meshio_python};
 use crate::report::{self, FormJudgement, Judgement, Output, deliver};
 use crate::run::foreign::{Foreign, Options, take_boundary_values};
-use crate::run::{FormFile, Runner, Setup, Written, certificate, is_face_off};
+use crate::run::{FormFile, Runner, Setup, certificate, is_face_off};
 use crate::why;
 use faceoff_fem::certify;
-use faceoff_form::judge::judge;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io;
 
@@ -67,44 +66,10 @@ fn of_form(arguments: &Judge, to: &Output) -> Result<u8> {
     }
     let path = Path::new(&arguments.scene);
     let result = io::open(&arguments.result, meshio_python().as_deref())?.mesh;
-    let dim = result.dim();
-    let cells = result
-        .cells()
-        .filter(|(_, kind, _)| kind.dim() == dim)
-        .count();
-    let mut form = FormFile::read(path, arguments.n.map(|n| n as usize))?;
-    let fits = |form: &FormFile| {
-        form.mesh
-            .cells()
-            .filter(|(_, kind, _)| kind.dim() == dim)
-            .count()
-            == cells
-    };
-    if arguments.n.is_none() && !fits(&form) {
-        for n in form.levels.clone() {
-            let other = FormFile::read(path, Some(n))?;
-            if fits(&other) {
-                form = other;
-                break;
-            }
-        }
-    }
-    let written: Vec<Written> = result
-        .fields
-        .iter()
-        .map(|field| Written::of(&field.values.to_f64()))
-        .collect();
-    let unit = written.iter().map(|written| written.unit());
-    let unit = unit.fold(0.0, f64::max);
-    let judged = judge(&form.problem, &form.mesh, &result, unit)?;
-    let judgement = FormJudgement::new(
-        &arguments.result,
-        &arguments.scene,
-        &form.problem,
-        judged,
-        &written,
-    );
+    let form = FormFile::fitting(path, arguments.n.map(|n| n as usize), &result)?;
+    let found = why::InForm::new(&form.problem, &form.mesh, &result)?;
+    let judgement = FormJudgement::new(&arguments.result, &arguments.scene, &form.problem, found);
     let inputs = vec![arguments.result.clone(), path.to_owned()];
     deliver(&report::judge_form(&judgement, inputs)?, to)?;
-    Ok(code(judgement.verdict))
+    Ok(code(judgement.found.verdict))
 }

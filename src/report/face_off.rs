@@ -8,8 +8,8 @@ use super::model::{
 use super::orders::{over_n, slopes_of};
 use super::verify::why;
 use crate::campaigns::face_off::{
-    Diagnosis, FaceOffOutcome, OfField, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf, short,
-    worst as worst_time,
+    Diagnosis, FaceOffOutcome, OfField, OfForm, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf,
+    short, worst as worst_time,
 };
 use crate::campaigns::limit::Found;
 use crate::run::{Judged, Label, Same};
@@ -56,6 +56,10 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     }
     for number in &of.numbers {
         let table = number_table(number);
+        report.blocks.extend(headed(table.caption.clone(), table));
+    }
+    if !of.in_form.is_empty() {
+        let table = in_form_table(&of.in_form);
         report.blocks.extend(headed(table.caption.clone(), table));
     }
     if let Some(diagnosis) = &of.diagnosis {
@@ -122,6 +126,9 @@ fn claim(of: &FaceOffOutcome, word: &str) -> Text {
                 .map(|n| &*n.number),
         )
         .collect();
+    if let Some(unsolved) = unsolved(of) {
+        return unsolved;
+    }
     if let Some(odd) = of.fields.iter().find_map(OfField::odd_one) {
         return odd;
     }
@@ -153,6 +160,29 @@ fn claim(of: &FaceOffOutcome, word: &str) -> Text {
         }
         (several, _) => text!("**{}** differ", several.join(", ")),
     }
+}
+
+/// The codes whose results do not solve the form, with the first one's cause.
+fn unsolved(of: &FaceOffOutcome) -> Option<Text> {
+    let wrong: Vec<&OfForm> = of
+        .in_form
+        .iter()
+        .filter(|of| !of.found.verdict.passes())
+        .collect();
+    let codes: Vec<&str> = wrong.iter().map(|of| &*of.code).collect();
+    let does = if codes.len() == 1 { "does" } else { "do" };
+    let first = &wrong.first()?.found;
+    let cause = first
+        .because
+        .first()
+        .filter(|_| !first.explanations.is_empty());
+    let cause = cause.map(|(words, _)| text!(", but as if {}", words));
+    Some(text!(
+        "**{}** {} not solve the form{}",
+        codes.join(", "),
+        does,
+        cause
+    ))
 }
 
 fn orders_of(of: &FaceOffOutcome) -> impl Iterator<Item = &OfOrder> {
@@ -245,6 +275,10 @@ fn lede(of: &FaceOffOutcome) -> Text {
             ),
         });
     }
+    let in_form = of.in_form.iter().filter(|of| !of.found.verdict.passes());
+    told.extend(
+        in_form.map(|of| text!("`{}`{}: {}.", &of.code, of.level.at(), &of.found.sentence)),
+    );
     let orders = of
         .fields
         .iter()
@@ -413,6 +447,17 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair], more: &str) -> Table {
         "worst" => worst(&pair.compared.field),
         "verdict" => verdict(pair),
         "remark" => remark(pair),
+    )
+}
+
+/// What the result of each code leaves of the form.
+fn in_form_table(all: &[OfForm]) -> Table {
+    let caption = text!("The results in the form{}", all[0].level.at());
+    table!(caption, all, |of|
+        "code" => &of.code,
+        "verdict" => of.found.verdict,
+        "residual" => of.found.residual,
+        "solves the form as if" => of.found.because.first().filter(|_| !of.found.explanations.is_empty()).map(|(words, _)| words.clone()),
     )
 }
 

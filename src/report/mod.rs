@@ -4,7 +4,6 @@
 mod annotations;
 mod badge;
 mod baseline;
-mod causes;
 mod certified;
 mod certify;
 mod compare;

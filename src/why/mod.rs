@@ -8,9 +8,11 @@
 mod again;
 mod aspect;
 mod candidates;
+mod changes;
 mod data;
 mod examine;
 mod gamma;
+mod in_form;
 mod known;
 mod local;
 mod order;
@@ -25,8 +27,10 @@ use faceoff_fem::contact::Term;
 
 pub use again::{Again, Diagnosis, Ingredient};
 pub use aspect::Aspect;
+pub use changes::CauseTold;
 pub use examine::examine;
 pub use gamma::FaceGamma;
+pub use in_form::InForm;
 pub use order::{elsewhere, order};
 pub use place::Spot;
 

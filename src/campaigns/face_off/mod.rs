@@ -3,6 +3,7 @@
 mod cause;
 mod diagnosis;
 mod fields;
+mod in_form;
 mod numbers;
 mod orders;
 mod times;
@@ -17,6 +18,7 @@ use serde_json::{Value, json};
 pub use cause::{Cause, Finding};
 pub use diagnosis::{Change, Diagnosis, Moved};
 pub use fields::worst;
+pub use in_form::OfForm;
 pub use times::short;
 
 use super::convergence::Convergence;
@@ -64,6 +66,9 @@ pub struct FaceOffOutcome {
     pub fields: Vec<OfField>,
     /// As the file asks for them.
     pub numbers: Vec<OfNumber>,
+    /// Of a form on which codes disagree: what the result of each leaves of it, on the coarsest mesh where they do.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub in_form: Vec<OfForm>,
     /// Where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diagnosis: Option<Diagnosis>,
@@ -283,6 +288,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         verdict: verdicts.max().unwrap_or(Verdict::Undetermined),
         runs,
         missing: Vec::new(),
+        in_form: in_form::judge(of, &players, &rungs, &fields)?,
         fields,
         numbers,
         diagnosis,

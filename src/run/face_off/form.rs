@@ -57,6 +57,35 @@ impl FormFile {
     }
 }
 
+impl FormFile {
+    /// Reads it at a refinement, or at the first one that it names at which the mesh has as many cells as a result; if there is none, at the
+    /// first.
+    ///
+    /// # Errors
+    /// As [`FormFile::read`].
+    pub fn fitting(path: &Path, n: Option<usize>, result: &Mesh) -> Result<Self> {
+        let form = FormFile::read(path, n)?;
+        if n.is_some() || cells(&form.mesh) == cells(result) {
+            return Ok(form);
+        }
+        for level in form.levels.iter().skip(1) {
+            let finer = FormFile::read(path, Some(*level))?;
+            if cells(&finer.mesh) == cells(result) {
+                return Ok(finer);
+            }
+        }
+        Ok(form)
+    }
+}
+
+/// The number of cells of the highest dimension.
+fn cells(mesh: &Mesh) -> usize {
+    let dim = mesh.dim();
+    mesh.cells()
+        .filter(|(_, kind, _)| kind.dim() == dim)
+        .count()
+}
+
 impl Reader {
     /// Of a file by its path: relative paths in it start beside it.
     pub(super) fn of(path: &Path) -> Result<Self> {

@@ -117,6 +117,21 @@ impl Change {
         )
     }
 
+    /// The term that it is of, where it is of one.
+    pub(super) fn term(&self) -> Option<usize> {
+        match *self {
+            Change::Factor { term }
+            | Change::Transposed { term }
+            | Change::Moved { term, .. }
+            | Change::Group { term, .. }
+            | Change::Part { term, .. }
+            | Change::Varying { term, .. }
+            | Change::Some { term, .. } => Some(term),
+            Change::Rule { term, .. } | Change::Data { term, .. } => term,
+            Change::Parameter { .. } | Change::One { .. } | Change::Mass { .. } => None,
+        }
+    }
+
     /// How far-fetched it is: of changes that explain the same, the smallest counts.
     fn rank(&self, factor: f64) -> usize {
         let is_plain = factor == 0.0 || factor == -1.0;

@@ -27,8 +27,9 @@ const MOST: usize = 4;
 const NEAREST: f64 = 0.5;
 /// A number is a plain one, such as -1, if it is this near.
 const PLAIN: f64 = 1e-6;
-/// Other explanations that are told.
+/// Other explanations that are told, and the rank up to which they always are.
 const ALIKE: usize = 3;
+const PLAINEST: usize = 5;
 
 /// A change whose vector is known.
 pub struct Column {
@@ -104,11 +105,17 @@ impl Search<'_> {
         exact.sort_by_key(|(causes, _)| rank(causes));
         let mut exact = exact.into_iter();
         if let Some((causes, left)) = exact.next() {
+            // Beside a plain change a far-fetched one is no second opinion.
+            let most = rank(&causes).max(10 * causes.len() + PLAINEST);
+            let others = exact.map(|(causes, _)| causes);
             return Some(Explanation {
                 left,
                 share: 1.0,
                 is_exact: true,
-                alike: exact.map(|(causes, _)| causes).take(ALIKE).collect(),
+                alike: others
+                    .filter(|causes| rank(causes) <= most)
+                    .take(ALIKE)
+                    .collect(),
                 causes,
             });
         }
@@ -198,25 +205,28 @@ impl Search<'_> {
         sizes.all(|size| size > 10.0 * self.rounding)
     }
 
-    /// Does the changed form still say something in each row? Where a term is alone in a row, the row holds without it whatever the result is.
+    /// Does the changed form still say something in each row? Where all that a row is made of is taken away, it holds whatever the result is.
     fn has_equations(&self, trial: &Trial) -> bool {
-        let each = trial.of.iter().zip(&trial.deltas);
-        let missing: Vec<usize> = each
-            .filter_map(|(k, delta)| match self.change(*k) {
-                Change::Factor { term } if *delta == -1.0 => Some(*term),
-                _ => None,
-            })
+        let Residual { terms, sizes, .. } = self.residual;
+        let of = trial.of.iter().zip(&trial.deltas);
+        let added: Vec<_> = of
+            .map(|(k, d)| (self.change(*k).term(), d, &self.columns[*k]))
             .collect();
-        let (terms, sizes) = (&self.residual.terms, &self.residual.sizes);
-        let sum = |row: usize, is_missing: bool| -> f64 {
-            let of = (0..terms.len()).filter(|term| missing.contains(term) == is_missing);
-            of.map(|term| terms[term][row].abs()).sum()
-        };
         let is_empty = |row: usize| {
-            sum(row, true) > self.rounding * sizes[row]
-                && sum(row, false) <= self.rounding * sizes[row]
+            let own = terms.iter().enumerate().map(|(term, values)| {
+                let mine = added.iter().filter(|(of, ..)| *of == Some(term));
+                let changes =
+                    mine.map(|(_, delta, column)| *delta * column.vector[row] * sizes[row]);
+                [
+                    values[row].abs(),
+                    (values[row] + changes.sum::<f64>()).abs(),
+                ]
+            });
+            let [before, after] =
+                own.fold([0.0, 0.0], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
+            before > 1e3 * self.rounding * sizes[row] && after <= self.rounding * sizes[row]
         };
-        missing.is_empty() || !(0..sizes.len()).any(is_empty)
+        !(0..sizes.len()).any(is_empty)
     }
 
     /// Newton's method for the values of parameters, on which F may depend in any way.

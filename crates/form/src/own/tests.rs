@@ -5,7 +5,8 @@ use std::path::Path;
 use faceoff_mesh::mesh::generate::{union_cube, union_jack};
 use faceoff_mesh::mesh::{Mesh, Values};
 
-use super::{Assembler, State, Wanted, judge, output, solve};
+use super::{Assembler, State, Wanted, output, solve};
+use crate::judge::judge;
 use crate::problem::Problem;
 
 fn problem(text: &str, mesh: &Mesh) -> Problem {

@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-use crate::text::number::{number, place};
+use crate::text::number::{number, place, trimmed};
 use crate::text::{Text, text};
 use faceoff_form::Problem;
-use faceoff_form::judge::{Cause, Change, Explanation, Interpolated, Judged, Part};
+use faceoff_form::judge::{Cause, Change, Interpolated, Part, Term};
 use faceoff_form::problem::Domain;
 
 /// A change of a form.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub struct CauseTold {
     kind: &'static str,
     /// The text of the term, if it is one.
@@ -28,12 +28,12 @@ pub struct CauseTold {
 /// What one has to know to name a change.
 pub struct Names<'a> {
     pub problem: &'a Problem,
-    pub judged: &'a Judged,
+    pub terms: &'a [Term],
 }
 
 impl Names<'_> {
     fn term(&self, k: usize) -> &str {
-        &self.judged.terms[k].text
+        &self.terms[k].text
     }
 
     fn code(&self, k: usize) -> Text {
@@ -59,7 +59,7 @@ impl Names<'_> {
             Change::Parameter { parameter } => text!(
                 "{} were {}",
                 code(&problem.parameters[*parameter].name),
-                number(*factor, 7)
+                few(*factor)
             ),
             Change::Rule { term, rule } => text!(
                 "{} were integrated by the rule {}",
@@ -103,7 +103,7 @@ impl Names<'_> {
                 "the term {} had the factor 1 {} {} {}",
                 self.code(*term),
                 if *factor < 0.0 { "-" } else { "+" },
-                number(factor.abs(), 6),
+                few(factor.abs()),
                 ["x", "y", "z"][*axis]
             ),
             Change::Mass { unknown } => {
@@ -112,7 +112,7 @@ impl Names<'_> {
                     None => format!("{}*{}*dx", unknown.name, unknown.test),
                     Some(_) => format!("dot({}, {})*dx", unknown.name, unknown.test),
                 };
-                text!("{} times {} were added", number(*factor, 6), code(&product))
+                text!("{} times {} were added", few(*factor), code(&product))
             }
             Change::Some { term, .. } => has(
                 text!("the term {} {}", self.code(*term), self.some(change)),
@@ -148,11 +148,9 @@ impl Names<'_> {
         }
     }
 
-    /// The changes of an explanation, for JSON.
-    pub fn told(&self, explanation: &Explanation) -> Vec<CauseTold> {
-        let each = explanation.causes.iter();
-        each.map(|cause| self.entry(cause, explanation.left))
-            .collect()
+    /// Changes that leave so much together, for JSON.
+    pub fn told(&self, causes: &[Cause], left: f64) -> Vec<CauseTold> {
+        causes.iter().map(|cause| self.entry(cause, left)).collect()
     }
 
     fn entry(&self, cause: &Cause, left: f64) -> CauseTold {
@@ -200,6 +198,11 @@ impl Names<'_> {
     }
 }
 
+/// Seven digits, without zeros at the end.
+fn few(x: f64) -> String {
+    trimmed(&number(x, 7))
+}
+
 fn code(words: &str) -> Text {
     Text::message(&format!("`{words}`"))
 }
@@ -209,6 +212,6 @@ fn has(what: Text, factor: f64) -> Text {
     match factor {
         0.0 => text!("{} were missing", what),
         -1.0 => text!("{} had the other sign", what),
-        _ => text!("{} had the factor {}", what, number(factor, 7)),
+        _ => text!("{} had the factor {}", what, few(factor)),
     }
 }

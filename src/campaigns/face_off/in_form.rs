@@ -1,0 +1,61 @@
+//! Where codes disagree on a form, the result of each put into it: which of them solve it, and what the others solve.
+
+use serde::Serialize;
+
+use super::{OfField, Player, Rung};
+use crate::engine::with;
+use crate::run::{FaceOff, Label};
+use crate::why::InForm;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
+
+/// The result of a code in the form.
+#[derive(Debug, Serialize)]
+pub struct OfForm {
+    /// The code.
+    pub code: String,
+    /// As in the runs.
+    pub level: Label,
+    /// What was found.
+    #[serde(flatten)]
+    pub found: InForm,
+}
+
+/// Of each code that has a result which can be put into the form; none where the codes agree, or where the form has steps in time.
+///
+/// # Errors
+/// A mesh that cannot be made.
+pub(super) fn judge(
+    of: &FaceOff,
+    players: &[Player],
+    rungs: &[Rung],
+    fields: &[OfField],
+) -> Result<Vec<OfForm>> {
+    let Some(form) = of.form.as_ref().filter(|form| form.time.is_none()) else {
+        return Ok(Vec::new());
+    };
+    let differs = |rung: &&Rung| {
+        let mut pairs = fields.iter().flat_map(|field| &field.pairs);
+        pairs.any(|pair| {
+            let verdict = pair.compared.field.verdict;
+            pair.level == rung.level.label && pair.judged && verdict == Verdict::Disagree
+        })
+    };
+    let Some(rung) = rungs.iter().find(differs) else {
+        return Ok(Vec::new());
+    };
+    let Some(mesh) = of.mesh(rung.level.n)? else {
+        return Ok(Vec::new());
+    };
+    let form = with(form, &rung.parameters);
+    let each = players.iter().zip(&rung.left).filter_map(|(player, left)| {
+        // What is no result of the form is told by the comparison.
+        let result = left.as_ref()?.results.first()?.mesh().ok()?;
+        Some(OfForm {
+            code: player.name.clone(),
+            level: rung.level.label.clone(),
+            found: InForm::new(&form, &mesh, &result).ok()?,
+        })
+    });
+    Ok(each.collect())
+}
