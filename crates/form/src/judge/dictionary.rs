@@ -22,7 +22,7 @@ enum Make {
     Term(usize),
     /// The derivative of F by a parameter.
     Parameter(usize),
-    /// Integrals of a problem with the same spaces by these rules, less the vectors of terms.
+    /// Integrals of a problem with the same spaces by these rules, each less the vector of the term that it is in place of, if of any.
     Integrals {
         problem: Box<Problem>,
         integrals: Vec<Integral>,
@@ -31,52 +31,48 @@ enum Make {
     },
 }
 
-/// The vectors of parameters are differences over this part of their values.
+/// Derivatives by parameters are differences over this part of their values.
 const STEP: f64 = 1e-4;
 
 impl Entry {
-    /// What the change adds to the residual where the parameters have these values.
-    pub fn vector(&self, residual: &Residual<'_>, parameters: &[f64]) -> Vec<f64> {
-        let is_given = parameters == residual.parameters;
+    /// What the change adds to the residual where the parameters have these values and the terms these factors.
+    pub fn vector(&self, residual: &Residual<'_>, parameters: &[f64], factors: &[f64]) -> Vec<f64> {
         match &self.make {
-            Make::Term(term) if is_given => residual.terms[*term].clone(),
-            Make::Term(term) => sum(
-                residual,
-                residual.problem,
-                &residual.problem.integrals[*term..=*term],
-                &residual.problem.rules(),
-                parameters,
-            ),
-            Make::Parameter(k) => {
-                let step = STEP
-                    * if parameters[*k] == 0.0 {
-                        1.0
-                    } else {
-                        parameters[*k].abs()
-                    };
-                let at = |by: f64| {
-                    let mut parameters = parameters.to_vec();
-                    parameters[*k] += by;
-                    residual.with(&parameters)
-                };
-                let (high, low) = (at(step), at(-step));
-                let slopes = high.iter().zip(&low).map(|(a, b)| (a - b) / (2.0 * step));
-                slopes.collect()
-            }
+            Make::Term(term) => term_at(residual, *term, parameters),
+            Make::Parameter(k) => slope(*k, parameters, |p| residual.with(p)),
             Make::Integrals {
                 problem,
                 integrals,
                 rules,
                 less,
             } => {
-                let mut all = sum(residual, problem, integrals, rules, parameters);
-                for term in less {
-                    let own = Entry::factor(*term).vector(residual, parameters);
-                    add(&mut all, &own.iter().map(|x| -x).collect::<Vec<_>>());
+                let factor = |k: usize| less.get(k).map_or(1.0, |term| factors[*term]);
+                let mut all = vec![0.0; residual.u.len()];
+                for (k, integral) in integrals
+                    .iter()
+                    .enumerate()
+                    .filter(|(k, _)| factor(*k) != 0.0)
+                {
+                    let own = integrated(residual, problem, integral, rules, parameters);
+                    add(&mut all, &own, factor(k));
+                    if let Some(term) = less.get(k) {
+                        add(&mut all, &term_at(residual, *term, parameters), -factor(k));
+                    }
                 }
                 all
             }
         }
+    }
+
+    /// Its derivative by a parameter.
+    pub fn slope(
+        &self,
+        residual: &Residual<'_>,
+        parameter: usize,
+        parameters: &[f64],
+        factors: &[f64],
+    ) -> Vec<f64> {
+        slope(parameter, parameters, |p| self.vector(residual, p, factors))
     }
 
     /// A factor of a term.
@@ -88,32 +84,49 @@ impl Entry {
     }
 }
 
-fn sum(
+/// A derivative by a parameter, as a difference.
+fn slope(k: usize, parameters: &[f64], of: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
+    let size = parameters[k].abs();
+    let step = STEP * if size == 0.0 { 1.0 } else { size };
+    let at = |by: f64| {
+        let mut parameters = parameters.to_vec();
+        parameters[k] += by;
+        of(&parameters)
+    };
+    let (high, low) = (at(step), at(-step));
+    let slopes = high.iter().zip(&low).map(|(a, b)| (a - b) / (2.0 * step));
+    slopes.collect()
+}
+
+/// The vector of a term.
+fn term_at(residual: &Residual<'_>, term: usize, parameters: &[f64]) -> Vec<f64> {
+    if parameters == residual.parameters {
+        return residual.terms[term].clone();
+    }
+    let problem = residual.problem;
+    let integral = &problem.integrals[term];
+    integrated(residual, problem, integral, &problem.rules(), parameters)
+}
+
+fn integrated(
     residual: &Residual<'_>,
     problem: &Problem,
-    integrals: &[Integral],
+    integral: &Integral,
     rules: &[Rule; 2],
     parameters: &[f64],
 ) -> Vec<f64> {
     let mut all = vec![0.0; residual.u.len()];
     let mut problem = problem.clone();
     let assembler = &residual.assembler;
-    for integral in integrals {
-        let (mesh, rules) = (&assembler.mesh, rules.clone());
-        let work = Work::new(
-            &mut problem,
-            mesh,
-            residual.source,
-            integral,
-            rules,
-            Bilinear::new(),
-        );
-        assembler.contributions(&problem, &work, residual.state(parameters), |_, rows| {
-            for (dof, value) in rows {
-                all[*dof] += value;
-            }
-        });
-    }
+    let (mesh, rules) = (&assembler.mesh, rules.clone());
+    let by = Bilinear::new();
+    let work = Work::new(&mut problem, mesh, residual.source, integral, rules, by);
+    let state = residual.state(parameters);
+    assembler.contributions(&problem, &work, state, |_, rows| {
+        for (dof, value) in rows {
+            all[*dof] += value;
+        }
+    });
     residual.free(&mut all);
     all
 }
@@ -135,8 +148,9 @@ pub fn dictionary(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
     }
     (0..problem.data.len()).for_each(|datum| data(problem, datum, &mut all));
     (0..problem.unknowns.len()).for_each(|unknown| mass(problem, unknown, &mut all));
+    let factors = vec![1.0; problem.integrals.len()];
     parallel::map(all, |entry| {
-        let vector = entry.vector(residual, &residual.parameters);
+        let vector = entry.vector(residual, &residual.parameters, &factors);
         (entry, vector)
     })
 }

@@ -9,7 +9,7 @@ use faceoff_mesh::parallel;
 use super::change::{Cause, Change, Explanation, rank};
 use super::dictionary::{Entry, dictionary};
 use super::local::local;
-use super::residual::{Residual, dot};
+use super::residual::{Residual, add, dot};
 
 /// Rows that leave no more than this, over their sizes, are left with rounding.
 const ROUNDING: f64 = 1e-13;
@@ -23,6 +23,9 @@ const PAIRED: usize = 120;
 const CLOSELY: usize = 12;
 /// Changes in one explanation.
 const MOST: usize = 4;
+/// Steps of Newton's method for the numbers of changes, which begin where no more than this part of the largest row is left.
+const MOST_STEPS: usize = 8;
+const NEAR: f64 = 0.3;
 /// The nearest change is told if it explains this part.
 const NEAREST: f64 = 0.5;
 /// A number is a plain one, such as -1, if it is this near.
@@ -52,19 +55,17 @@ struct Trial {
 
 /// Why a result does not solve a form; none where it does, or where no change that is known explains half of it.
 pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
-    let scaled = |values: &[f64]| -> Vec<f64> {
-        let all = values.iter().zip(&residual.sizes);
-        all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
-            .collect()
-    };
-    let b: Vec<f64> = scaled(&residual.values).iter().map(|r| -r).collect();
+    let b: Vec<f64> = scaled(residual, &residual.values)
+        .iter()
+        .map(|r| -r)
+        .collect();
     let worst = largest(&b);
     let rounding = ROUNDING.max(WRITTEN * unit).min(CONTRAST * worst);
     if worst <= ROUNDING.max(WRITTEN * unit) {
         return None;
     }
     let all = dictionary(residual).into_iter().map(|(entry, vector)| {
-        let vector = scaled(&vector);
+        let vector = scaled(residual, &vector);
         let square = dot(&vector, &vector);
         Column {
             change: entry.change.clone(),
@@ -173,9 +174,11 @@ impl Search<'_> {
     /// Those trials that leave rounding, once numbers that a change does not have are 1, and parameters have their exact values.
     fn exact(&self, trials: &[Trial]) -> Vec<(Vec<Cause>, f64)> {
         let near = trials.iter().filter(|trial| {
-            let is_parameter = |k: &usize| matches!(self.change(*k), Change::Parameter { .. });
-            trial.left <= self.rounding
-                || trial.of.iter().any(is_parameter) && trial.left <= 0.3 * largest(self.b)
+            let changes = || trial.of.iter().map(|k| self.change(*k));
+            let has = |is: fn(&Change) -> bool| changes().any(is);
+            let is_curved = has(|c| matches!(c, Change::Parameter { .. }))
+                || has(|c| matches!(c, Change::Factor { .. })) && has(Change::is_whole);
+            trial.left <= self.rounding || is_curved && trial.left <= NEAR * largest(self.b)
         });
         let settled = near.filter_map(|trial| {
             let mut trial = trial.clone();
@@ -191,7 +194,7 @@ impl Search<'_> {
             trial.left = largest(&self.rest(&trial));
             let is_used = self.is_used(&trial) && self.has_equations(&trial);
             if trial.left > self.rounding {
-                self.with_parameters(&mut trial);
+                self.refine(&mut trial);
             }
             (is_used && trial.left <= self.rounding).then(|| (self.causes(&trial), trial.left))
         });
@@ -229,63 +232,75 @@ impl Search<'_> {
         !(0..sizes.len()).any(is_empty)
     }
 
-    /// Newton's method for the values of parameters, on which F may depend in any way.
-    fn with_parameters(&self, trial: &mut Trial) {
-        let is_parameter = |k: &usize| match self.change(*k) {
-            Change::Parameter { parameter } => Some(*parameter),
-            _ => None,
-        };
-        if !trial.of.iter().any(|k| is_parameter(k).is_some()) {
-            return;
-        }
+    /// Newton's method for all numbers: F may depend on parameters in any way, and a factor of a term is one of what else is changed in it.
+    fn refine(&self, trial: &mut Trial) {
         let residual = self.residual;
-        let over = |values: Vec<f64>| -> Vec<f64> {
-            let all = values.iter().zip(&residual.sizes);
-            all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
-                .collect()
-        };
-        for _ in 0..6 {
-            let mut parameters = residual.parameters.clone();
-            for (k, delta) in trial.of.iter().zip(&trial.deltas) {
-                if let Some(parameter) = is_parameter(k) {
-                    parameters[parameter] += delta;
+        let entries: Option<Vec<&Entry>> = trial
+            .of
+            .iter()
+            .map(|k| self.columns[*k].entry.as_ref())
+            .collect();
+        let Some(entries) = entries else { return };
+        let terms = residual.terms.len();
+        for _ in 0..MOST_STEPS {
+            let (mut parameters, mut factors) = (residual.parameters.clone(), vec![1.0; terms]);
+            for (entry, delta) in entries.iter().zip(&trial.deltas) {
+                match entry.change {
+                    Change::Parameter { parameter } => parameters[parameter] += delta,
+                    Change::Factor { term } => factors[term] += delta,
+                    _ => {}
                 }
             }
-            let vectors: Vec<Vec<f64>> = trial
-                .of
-                .iter()
-                .filter_map(|k| self.columns[*k].entry.as_ref())
-                .map(|entry| over(entry.vector(residual, &parameters)))
-                .collect();
-            if vectors.len() < trial.of.len() {
-                return;
+            let at = |entry: &Entry, factors: &[f64]| entry.vector(residual, &parameters, factors);
+            let mut vectors: Vec<Vec<f64>> = entries.iter().map(|e| at(e, &factors)).collect();
+            let mut rest = residual.with(&parameters);
+            for ((entry, delta), vector) in entries.iter().zip(&trial.deltas).zip(&vectors) {
+                if !matches!(entry.change, Change::Parameter { .. }) {
+                    add(&mut rest, vector, *delta);
+                }
             }
-            let mut rest: Vec<f64> = over(residual.with(&parameters))
-                .iter()
-                .map(|r| -r)
-                .collect();
-            let all = trial.of.iter().zip(&trial.deltas).zip(&vectors);
-            for ((_, delta), d) in all.filter(|((k, _), _)| is_parameter(k).is_none()) {
-                rest.iter_mut()
-                    .zip(d)
-                    .for_each(|(rest, d)| *rest -= delta * d);
+            // What a number multiplies besides the form as it was.
+            let wholes = || entries.iter().filter(|other| other.change.is_whole());
+            for (entry, vector) in entries.iter().zip(&mut vectors) {
+                match entry.change {
+                    Change::Factor { term } => {
+                        let mut only = vec![0.0; terms];
+                        only[term] = 1.0;
+                        wholes().for_each(|other| add(vector, &at(other, &only), 1.0));
+                    }
+                    Change::Parameter { parameter } => wholes().for_each(|other| {
+                        let slope = other.slope(residual, parameter, &parameters, &factors);
+                        add(vector, &slope, 1.0);
+                    }),
+                    _ => {}
+                }
             }
+            let rest: Vec<f64> = self.scaled(&rest).iter().map(|r| -r).collect();
+            let vectors: Vec<Vec<f64>> = vectors.iter().map(|d| self.scaled(d)).collect();
             trial.left = largest(&rest);
             if !(trial.left > self.rounding) {
                 return;
             }
-            let right = vectors.iter().map(|d| dot(d, &rest)).collect();
-            let gram = vectors
-                .iter()
-                .map(|a| vectors.iter().map(|b| dot(a, b)).collect())
+            // Changes without a number have none to be refined.
+            let open: Vec<usize> = (0..entries.len())
+                .filter(|k| !entries[*k].change.is_whole())
                 .collect();
-            let more = solved(gram, right);
-            for ((k, delta), more) in trial.of.iter().zip(&mut trial.deltas).zip(more) {
-                if !self.change(*k).is_whole() {
-                    *delta += more;
-                }
+            let right = open.iter().map(|k| dot(&vectors[*k], &rest)).collect();
+            let products = |k: &usize| {
+                open.iter()
+                    .map(|l| dot(&vectors[*k], &vectors[*l]))
+                    .collect()
+            };
+            let more = solved(open.iter().map(products).collect(), right);
+            for (k, more) in open.iter().zip(more) {
+                trial.deltas[*k] += more;
             }
         }
+    }
+
+    /// Over the sizes of rows.
+    fn scaled(&self, values: &[f64]) -> Vec<f64> {
+        scaled(self.residual, values)
     }
 
     fn causes(&self, trial: &Trial) -> Vec<Cause> {
@@ -365,6 +380,13 @@ impl Search<'_> {
         }
         found
     }
+}
+
+/// Over the sizes of rows.
+fn scaled(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
+    let all = values.iter().zip(&residual.sizes);
+    all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
+        .collect()
 }
 
 /// The largest |x|; infinite where one is not a number.

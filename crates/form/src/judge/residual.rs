@@ -59,9 +59,9 @@ impl<'a> Residual<'a> {
         for k in 0..problem.integrals.len() {
             let state = found.state(&found.parameters);
             let mut system = found.assembler.assemble_only(k, state, Wanted::Sizes);
-            add(&mut found.sizes, &system.sizes);
+            add(&mut found.sizes, &system.sizes, 1.0);
             found.free(&mut system.residual);
-            add(&mut found.values, &system.residual);
+            add(&mut found.values, &system.residual, 1.0);
             found.terms.push(system.residual);
         }
         // Rounding of the dofs goes into the residual by the matrix.
@@ -133,8 +133,8 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-pub fn add(sum: &mut [f64], values: &[f64]) {
-    sum.iter_mut()
-        .zip(values)
-        .for_each(|(sum, value)| *sum += value);
+/// Adds a multiple.
+pub fn add(sum: &mut [f64], values: &[f64], factor: f64) {
+    let all = sum.iter_mut().zip(values);
+    all.for_each(|(sum, value)| *sum += factor * value);
 }
