@@ -82,16 +82,28 @@ fn codes_agree_on_a_form_and_a_changed_script_is_found() {
 
     let ran = run(at, &["write", &file, "--for", "freefem"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    // With what is told; a factor in the derivative alone changes the way there and not the answer.
     let changes = [
-        ("(-t)*v", "(t)*v"),
-        ("dx(du)*dx(v)", "1.01*dx(du)*dx(v)"),
-        ("qft=qf5pT", "qft=qf2pT"),
-        ("on(3, du = exp", "on(3, du = 1.001*exp"),
+        (
+            "(-t)*v",
+            "(t)*v",
+            "as if the term `t*v*ds(right)` had the other sign",
+        ),
+        ("dx(du)*dx(v)", "1.01*dx(du)*dx(v)", ""),
+        (
+            "qft=qf5pT",
+            "qft=qf2pT",
+            "as if all terms were integrated by the rule `edges-3`",
+        ),
+        (
+            "on(3, du = exp",
+            "on(3, du = 1.001*exp",
+            "9 of 25 Dirichlet values are off",
+        ),
     ];
-    for (from, to) in changes {
+    for (from, to, words) in changes {
         assert!(ran.stdout.contains(from), "{from}: {}", ran.stdout);
-        // A factor in the derivative alone changes the way there and not the answer.
-        let code = if from.starts_with("dx(du)") { 0 } else { 1 };
+        let code = if words.is_empty() { 0 } else { 1 };
         write(at, "changed.edp", &ran.stdout.replace(from, to));
         let own = "use = [\"dolfinx\"]\n[codes.changed]\ncommand = [\"FreeFem++-nw\", \"-v\", \"0\", \"changed.edp\", \"{mesh}\", \
                    \"{out}/poisson.vtu\"]\nmesh = \"medit\"\nresult = \"poisson.vtu\"";
@@ -107,6 +119,23 @@ fn codes_agree_on_a_form_and_a_changed_script_is_found() {
         assert_eq!(ran.code, Some(code), "{to}: {}{}", ran.stdout, ran.stderr);
         let expected = if code == 0 { "agree" } else { "disagree" };
         assert_eq!(told["fields"][0]["verdict"], expected, "{to}");
+        let in_form = |code: &str| {
+            let mut all = told["in_form"].as_array().into_iter().flatten();
+            all.find(|of| of["code"] == code).cloned()
+        };
+        if code == 0 {
+            assert!(told.get("in_form").is_none(), "{told}");
+            continue;
+        }
+        assert_eq!(in_form("dolfinx").unwrap()["verdict"], "agree", "{told}");
+        let changed = in_form("changed").unwrap();
+        let sentence = changed["sentence"].as_str().unwrap();
+        assert!(sentence.contains(words), "{words}: {sentence}");
+        assert!(
+            ran.stdout.contains("changed") && ran.stdout.contains(words),
+            "{}",
+            ran.stdout
+        );
     }
 }
 

@@ -300,6 +300,34 @@ impl Script {
         Ok(left)
     }
 
+    /// An answer of this program, in the files that another one would have written: in a folder that [`How::into`] names, in one that is kept,
+    /// or in one that ends with the answer.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn leave(
+        &self,
+        how: &How,
+        keep: Option<&Path>,
+        seconds: f64,
+        write: impl FnOnce(&Path) -> Result<()>,
+    ) -> Result<Left> {
+        let make = |path: &Path| std::fs::create_dir_all(path).map_err(Error::io(path, "make"));
+        if let Some(into) = &how.into {
+            make(into)?;
+            write(into)?;
+            return self.left(into, seconds);
+        }
+        let folder = Folder::new(keep, &how.kept)?;
+        let out = folder.path.join("out");
+        make(&out)?;
+        write(&out)?;
+        Ok(Left {
+            _folder: Some(folder),
+            ..self.left(&out, seconds)?
+        })
+    }
+
     /// What is in the folder that it wrote into.
     ///
     /// # Errors

@@ -15,6 +15,7 @@ use crate::campaigns::limit::Found;
 use crate::run::{Judged, Label, Same};
 use crate::text::number::{number, size};
 use crate::text::{Number, Text, text};
+use crate::why::InForm;
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
 
@@ -28,7 +29,11 @@ const NOT_JUDGED: &str = "not judged";
 pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     let question = "faceoff verify: do these codes agree?";
     let verdict = word(of.verdict);
-    let mut report = Report::new("face-off", question, verdict, of)?;
+    let headline = match unsolved(of) {
+        Some(unsolved) => text!("{}: {}", verdict, unsolved),
+        None => verdict.into(),
+    };
+    let mut report = Report::new("face-off", question, headline, of)?;
     report.verdict = Some((of.verdict, verdict));
     report.claim = claim(of, verdict);
     report.lede = lede(of);
@@ -164,19 +169,16 @@ fn claim(of: &FaceOffOutcome, word: &str) -> Text {
 
 /// The codes whose results do not solve the form, with the first one's cause.
 fn unsolved(of: &FaceOffOutcome) -> Option<Text> {
-    let wrong: Vec<&OfForm> = of
+    let wrong = of
         .in_form
         .iter()
-        .filter(|of| !of.found.verdict.passes())
-        .collect();
-    let codes: Vec<&str> = wrong.iter().map(|of| &*of.code).collect();
+        .filter_map(|of| Some((&*of.code, of.wrong()?)));
+    let (codes, found): (Vec<&str>, Vec<&InForm>) = wrong.unzip();
     let does = if codes.len() == 1 { "does" } else { "do" };
-    let first = &wrong.first()?.found;
-    let cause = first
-        .because
-        .first()
-        .filter(|_| !first.explanations.is_empty());
-    let cause = cause.map(|(words, _)| text!(", but as if {}", words));
+    let cause = found
+        .first()?
+        .cause()
+        .map(|words| text!(", but as if {}", words));
     Some(text!(
         "**{}** {} not solve the form{}",
         codes.join(", "),
@@ -275,10 +277,11 @@ fn lede(of: &FaceOffOutcome) -> Text {
             ),
         });
     }
-    let in_form = of.in_form.iter().filter(|of| !of.found.verdict.passes());
-    told.extend(
-        in_form.map(|of| text!("`{}`{}: {}.", &of.code, of.level.at(), &of.found.sentence)),
-    );
+    let wrong = of
+        .in_form
+        .iter()
+        .filter_map(|of| Some((of, &of.wrong()?.sentence)));
+    told.extend(wrong.map(|(of, words)| text!("`{}`{}: {}.", &of.code, of.level.at(), words)));
     let orders = of
         .fields
         .iter()
@@ -378,6 +381,15 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
                 (_, true, _) => text!("The gradient of `{}` converges as it should and `{}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact.", &order.found.field, &order.found.field),
                 _ => "Refine further to see whether the order rises, and take parts of the form, the data and the element away one by one, in each code whose order is low.".into(),
             }));
+    } else if let Some(known) = of
+        .in_form
+        .iter()
+        .find(|of| of.wrong().and_then(InForm::cause).is_some())
+    {
+        steps.push(Todo::only(text!(
+            "Mend that in `{}`, or in the form, and run this again.",
+            &known.code
+        )));
     } else if of.fields.iter().any(|f| f.verdict == Verdict::Disagree) {
         steps.push(Todo::only("Look where the difference enters: on a boundary it is a condition or a group, everywhere a coefficient, a sign or a quadrature rule."));
     }
@@ -455,9 +467,15 @@ fn in_form_table(all: &[OfForm]) -> Table {
     let caption = text!("The results in the form{}", all[0].level.at());
     table!(caption, all, |of|
         "code" => &of.code,
-        "verdict" => of.found.verdict,
-        "residual" => of.found.residual,
-        "solves the form as if" => of.found.because.first().filter(|_| !of.found.explanations.is_empty()).map(|(words, _)| words.clone()),
+        "verdict" => of.found.as_ref().map_or(Verdict::Undetermined, |found| found.verdict),
+        "residual" => of.found.as_ref().map(|found| found.residual),
+        "found" => match (&of.found, &of.refused) {
+            (Some(found), _) => match found.cause() {
+                Some(cause) => text!("as if {}", cause),
+                None => found.sentence.clone(),
+            },
+            (None, refused) => Text::message(refused.as_deref().unwrap_or_default()),
+        },
     )
 }
 

@@ -90,6 +90,15 @@ impl InForm {
         Ok(found)
     }
 
+    /// What explains all but rounding, in words behind "as if".
+    pub fn cause(&self) -> Option<&Text> {
+        let known = self
+            .because
+            .first()
+            .filter(|_| !self.explanations.is_empty());
+        known.map(|(words, _)| words)
+    }
+
     fn explain(&mut self, problem: &Problem) {
         let names = Names {
             problem,

@@ -18,10 +18,20 @@ pub struct OfForm {
     pub level: Label,
     /// What was found.
     #[serde(flatten)]
-    pub found: InForm,
+    pub found: Option<InForm>,
+    /// Why it cannot be put into the form.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
 }
 
-/// Of each code that has a result which can be put into the form; none where the codes agree, or where the form has steps in time.
+impl OfForm {
+    /// What was found, if it does not solve the form.
+    pub fn wrong(&self) -> Option<&InForm> {
+        self.found.as_ref().filter(|found| !found.verdict.passes())
+    }
+}
+
+/// Of each code that has a result; none where the codes agree, or where the form has steps in time.
 ///
 /// # Errors
 /// A mesh that cannot be made.
@@ -49,12 +59,14 @@ pub(super) fn judge(
     };
     let form = with(form, &rung.parameters);
     let each = players.iter().zip(&rung.left).filter_map(|(player, left)| {
-        // What is no result of the form is told by the comparison.
-        let result = left.as_ref()?.results.first()?.mesh().ok()?;
+        let result = left.as_ref()?.results.first()?.mesh();
+        let found = result.and_then(|result| InForm::new(&form, &mesh, &result));
+        let refused = found.as_ref().err().map(ToString::to_string);
         Some(OfForm {
             code: player.name.clone(),
             level: rung.level.label.clone(),
-            found: InForm::new(&form, &mesh, &result).ok()?,
+            found: found.ok(),
+            refused,
         })
     });
     Ok(each.collect())

@@ -13,7 +13,6 @@ use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
 use faceoff_form::{Problem, own};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::file::Temporary;
 use faceoff_mesh::io::vtu;
 use faceoff_mesh::mesh::{Field, Mesh, Triangulation};
 
@@ -205,7 +204,9 @@ impl Protocol {
             return Err(refuse("its iteration did not converge", remedy));
         }
         let (mesh, field) = function::broken(&case.problem, "u", &answer.u);
-        leave(&self.files, how, &mesh, &[field], seconds)
+        // The engine keeps its own folder.
+        let write = |folder: &Path| save(&self.files, &mesh, &[field], folder);
+        self.files.leave(how, None, seconds, write)
     }
 }
 
@@ -227,24 +228,13 @@ impl Own {
         let solution = own::solve(&with(&self.problem, task.parameters), mesh)?;
         let seconds = clock.elapsed().as_secs_f64();
         let (mesh, fields) = own::output(&solution.assembler, &solution.u);
-        leave(&self.files, how, &mesh, &fields, seconds)
+        let write = |folder: &Path| save(&self.files, &mesh, &fields, folder);
+        self.files.leave(how, how.keep.as_deref(), seconds, write)
     }
 }
 
-/// Writes the file of an answer that was found in this program, and reads it as those of other codes are read.
-fn leave(files: &Script, how: &How, mesh: &Mesh, fields: &[Field], seconds: f64) -> Result<Left> {
-    let beside;
-    let folder = match &how.into {
-        Some(into) => {
-            std::fs::create_dir_all(into).map_err(Error::io(into, "make"))?;
-            into
-        }
-        None => {
-            beside = Temporary::new()?;
-            beside.path()
-        }
-    };
+/// Writes an answer to its file.
+fn save(files: &Script, mesh: &Mesh, fields: &[Field], folder: &Path) -> Result<()> {
     let encoding = vtu::Encoding::Base64(vtu::Compressor::Zlib);
-    vtu::write(&folder.join(&files.results[0]), mesh, fields, &[], encoding)?;
-    files.left(folder, seconds)
+    vtu::write(&folder.join(&files.results[0]), mesh, fields, &[], encoding)
 }
