@@ -43,6 +43,10 @@ fn form(folder: &Path, name: &str, from: &str, to: &str) -> String {
     let text = fs::read_to_string(source("examples/forms").join(&file)).unwrap();
     assert!(text.contains(from), "{name} does not contain {from}");
     write(folder, &file, &text.replacen(from, to, 1));
+    if text.contains("beam.msh") {
+        let mesh = source("examples/forms/beam.msh");
+        fs::copy(mesh, folder.join("beam.msh")).unwrap();
+    }
     file
 }
 
@@ -422,8 +426,8 @@ fn the_gallery_agrees_as_the_manual_says() {
     };
     let mut names: Vec<String> = fs::read_dir(source("examples/forms"))
         .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .map(|path| path.file_stem().unwrap().to_string_lossy().into_owned())
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter_map(|name| Some(name.strip_suffix(".toml")?.to_owned()))
         .collect();
     names.sort();
     let mut table = String::from(

@@ -371,7 +371,7 @@ pub(super) struct New {
     /// The folder, whose last part is the name
     pub name: PathBuf,
     /// What it begins from
-    #[arg(long, value_enum, default_value = "blank")]
+    #[arg(long, default_value = "blank", value_parser = super::new::FromExample)]
     pub from: Template,
     /// Begin from this weak form instead
     #[arg(long, value_name = "FORM", conflicts_with = "from", value_parser = PossibleValuesParser::new(super::new::forms()))]
@@ -385,9 +385,6 @@ pub(super) struct New {
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum Template {
     Blank,
-    Poisson,
-    Elasticity,
-    Stokes,
     Obstacle,
     Hertz,
 }

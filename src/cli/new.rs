@@ -1,7 +1,12 @@
 //! `faceoff new`: a folder with a face-off that runs at once.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use clap::builder::{EnumValueParser, PossibleValue, TypedValueParser};
+use clap::error::ErrorKind;
+use clap::{Arg, ValueEnum};
 
 use super::DONE;
 use super::args::{New, Template};
@@ -29,16 +34,6 @@ impl Template {
                 template!("blank":
                 "README.md" "blank.edp" "blank.py" "blank.toml" "compat.py" "vtu.idp"),
             ),
-            Template::Poisson => (
-                "poisson",
-                template!("poisson":
-                "README.md" "compat.py" "poisson.edp" "poisson.py" "poisson.toml" "poisson_skfem.py" "vtu.idp"),
-            ),
-            Template::Elasticity => (
-                "elasticity",
-                template!("elasticity":
-                "README.md" "compat.py" "elasticity.edp" "elasticity.geo" "elasticity.msh" "elasticity.py" "elasticity.toml" "vtu.idp"),
-            ),
             Template::Obstacle => (
                 "obstacle",
                 template!("obstacle":
@@ -48,12 +43,6 @@ impl Template {
                 "hertz",
                 template!("hertz":
                 "README.md" "ball.edp" "ball.geo" "ball.msh" "ball.py" "ball.toml" "ball_getfem.py" "compat.py" "hertz.edp" "hertz.geo" "hertz.msh" "hertz.py" "hertz.toml" "hertz_getfem.py" "vtu.idp" "vtu3.idp"),
-            ),
-            Template::Stokes => (
-                "stokes",
-                template!("stokes":
-                "README.md" "compat.py" "stokes.edp" "stokes.py" "stokes.toml" "taylor-hood.edp" "taylor-hood.toml" "taylor_hood.py"
-                "vtu-p2.idp" "vtu.idp"),
             ),
         }
     }
@@ -67,9 +56,17 @@ macro_rules! gallery {
 
 /// The weak forms of `examples/forms`.
 const FORMS: &[(&str, &str)] = gallery!(
-    "allen-cahn" "biharmonic" "brinkman" "chouly-hild" "convection" "curl-curl" "curl-curl-3d" "darcy" "elasticity"
+    "allen-cahn" "biharmonic" "brinkman" "cantilever" "chouly-hild" "convection" "curl-curl" "curl-curl-3d" "darcy" "elasticity"
     "interior-penalty" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress" "poisson"
     "signorini" "stokes" "stokes-closed" "stokes-cr" "supg");
+
+/// The files that a form names: a mesh from Gmsh, with its geometry.
+fn named(form: &str) -> &'static [Part] {
+    match form {
+        "cantilever" => template!("forms": "beam.geo" "beam.msh"),
+        _ => &[],
+    }
+}
 
 /// Their names.
 pub(super) fn forms() -> Vec<&'static str> {
@@ -114,6 +111,35 @@ jobs:
           path: page
 ";
 
+/// Reads the name of an example; that of a form is told which option takes it.
+#[derive(Clone)]
+pub(super) struct FromExample;
+
+impl TypedValueParser for FromExample {
+    type Value = Template;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        arg: Option<&Arg>,
+        value: &OsStr,
+    ) -> std::result::Result<Template, clap::Error> {
+        let examples = EnumValueParser::new();
+        examples.parse_ref(command, arg, value).map_err(|error| {
+            let Some(name) = forms().into_iter().find(|name| value == *name) else {
+                return error;
+            };
+            let what = format!("`{name}` is a weak form: give --form {name} instead of --from");
+            command.clone().error(ErrorKind::InvalidValue, what)
+        })
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let all = Template::value_variants();
+        Some(Box::new(all.iter().filter_map(Template::to_possible_value)))
+    }
+}
+
 pub(super) fn run(arguments: &New) -> Result<u8> {
     let folder = &arguments.name;
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
@@ -150,7 +176,8 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
     let (template, parts) = match form {
         Some((template, text)) => {
             write(&file, renamed(text, template, &name, own).as_bytes())?;
-            (*template, &[][..])
+            let parts = if own.is_none() { named(template) } else { &[] };
+            (*template, parts)
         }
         None => arguments.from.parts(),
     };
@@ -275,20 +302,22 @@ fn renamed(text: &str, template: &str, name: &str, own: Option<(&str, &Mesh)>) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::ValueEnum;
 
     #[test]
     fn the_gallery_is_its_folder() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/forms");
         let mut there: Vec<String> = fs::read_dir(folder)
             .unwrap()
-            .filter_map(|entry| {
-                let name = entry.unwrap().file_name().into_string().unwrap();
-                Some(name.strip_suffix(".toml")?.to_owned())
-            })
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
             .collect();
         there.sort();
-        assert_eq!(there, forms());
+        let mut known: Vec<String> = Vec::new();
+        for name in forms() {
+            known.push(format!("{name}.toml"));
+            known.extend(named(name).iter().map(|(part, _)| (*part).to_owned()));
+        }
+        known.sort();
+        assert_eq!(there, known);
     }
 
     #[test]
