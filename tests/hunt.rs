@@ -146,7 +146,7 @@ fn a_template_refuses_a_mesh_that_its_scripts_cannot_read() {
         &format!("{nodes}2\n1 2 2 9 1 1 2 3\n2 2 2 9 1 1 3 4\n$EndElements\n"),
     );
     for (mesh, kind) in [("quads.msh", "quadrangle"), ("solid.msh", "tetrahedron")] {
-        let ran = run(at, &["new", "mine", "--from", "poisson", "--mesh", mesh]);
+        let ran = run(at, &["new", "mine", "--from", "obstacle", "--mesh", mesh]);
         assert_eq!(ran.code, Some(2), "{}", ran.stdout);
         assert!(
             ran.stderr.contains(&format!("cells of kind {kind}")),
@@ -157,7 +157,7 @@ fn a_template_refuses_a_mesh_that_its_scripts_cannot_read() {
     }
     let ran = run(
         at,
-        &["new", "mine", "--from", "poisson", "--mesh", "plane.msh"],
+        &["new", "mine", "--from", "obstacle", "--mesh", "plane.msh"],
     );
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
 }

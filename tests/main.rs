@@ -11,6 +11,7 @@ mod docs;
 mod ending;
 mod engines;
 mod face_off;
+mod face_off_scripts;
 mod face_off_times;
 mod false_alarms;
 mod faults;
