@@ -138,19 +138,29 @@ fn difference(a: &Values, b: &Values) -> f64 {
     most
 }
 
+/// The codes to run: all, or those that `FACEOFF_CODES` names. A name of no code would compare nothing, and pass.
+fn chosen() -> Vec<&'static str> {
+    let known: Vec<&str> = CODES.iter().map(|code| code.name).collect();
+    let Ok(given) = std::env::var("FACEOFF_CODES") else {
+        return known;
+    };
+    let find = |name: &str| {
+        let found = known.iter().find(|code| **code == name);
+        *found.unwrap_or_else(|| {
+            panic!("FACEOFF_CODES: there is no code `{name}`: give of {known:?}")
+        })
+    };
+    given.split(',').map(find).collect()
+}
+
 /// Runs all codes that have what a form needs, and returns those that lack something, with what.
 fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
     let problem =
         Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
     let mut lacking = Vec::new();
     let mut results: Vec<(&str, Values)> = vec![("rust", ours(&problem, mesh))];
-    let chosen = std::env::var("FACEOFF_CODES").ok();
-    let is_chosen = |code: &&Code| {
-        chosen
-            .as_ref()
-            .is_none_or(|all| all.split(',').any(|name| name == code.name))
-    };
-    for code in CODES.iter().filter(is_chosen) {
+    let chosen = chosen();
+    for code in CODES.iter().filter(|code| chosen.contains(&code.name)) {
         match code.script(&problem) {
             Err(why) => lacking.push((code.name, why)),
             Ok(script) => {
