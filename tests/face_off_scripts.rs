@@ -162,13 +162,7 @@ fn poisson_agrees_and_its_faults_are_named() {
 #[test]
 fn faults_in_vectors_are_found() {
     let faults: [(&Problem, &str, &str, &str, &str); 3] = [
-        (
-            &CANTILEVER,
-            "1",
-            "real E = 21",
-            "real E = 1.001*21",
-            "u",
-        ),
+        (&CANTILEVER, "1", "real E = 21", "real E = 1.001*21", "u"),
         (
             &CANTILEVER,
             "1",

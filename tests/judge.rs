@@ -770,6 +770,124 @@ fn planted_in(companion: &str) {
     }
 }
 
+/// Faults that are no choice of the scheme, in the script of FreeFEM on a scene: its texts, each with another one, and what the last line says.
+type OfForm = (&'static str, &'static [[&'static str; 2]], &'static str);
+
+const SPACE: &str = "fespace Vh(Th, element);";
+const FORM: &str =
+    "onCells(Th, qforder=2*degree-1)(grad(w)'*grad(v))\n    + on(onNodes, w=0);\n  varf contact";
+const CONTACT: [&str; 2] = [
+    "(law(u) * contactTest(v) - flux(u)*v)",
+    "(dLaw(w, u) * contactTest(v) - dn(w)*v)",
+];
+
+const OF_FORM: [OfForm; 9] = [
+    (
+        "one-zone",
+        &[
+            [
+                SPACE,
+                "fespace Vh(Th, element); fespace Dh(Th, P1); Dh data = f;",
+            ],
+            ["(f*v)", "(data*v)"],
+        ],
+        "as if `f` were interpolated by P1",
+    ),
+    (
+        "plate",
+        &[
+            [
+                SPACE,
+                "fespace Vh(Th, element); fespace Dh(Th, P1); Dh data = psi;",
+            ],
+            [
+                "(gamma*flux(u) - (u - psi))",
+                "(gamma*flux(u) - (u - data))",
+            ],
+            [
+                "max(u - psi, gamma*flux(u))",
+                "max(u - data, gamma*flux(u))",
+            ],
+        ],
+        "as if `psi` were interpolated by P1",
+    ),
+    (
+        "plate",
+        &[[
+            FORM,
+            "onCells(Th, qforder=2*degree-1)((1 + 0.001*(nuTriangle == 20))*(grad(w)'*grad(v)))\n    + on(onNodes, w=0);\n  varf contact",
+        ]],
+        "as if the term `inner(grad(u), grad(v))*dx` in one cell of 1376, at (0.5697, 0.0743) had the factor 1.001",
+    ),
+    (
+        "one-zone",
+        &[["(f*v)", "((nuTriangle != 20)*f*v)"]],
+        "as if the term `f*v*dx` in one cell of 128, at (0.2917, 0.1667) were missing",
+    ),
+    (
+        "plate",
+        &[[
+            FORM,
+            "onCells(Th, qforder=2*degree-1)(grad(w)'*grad(v) + 1e-4*w*v)\n    + on(onNodes, w=0);\n  varf contact",
+        ]],
+        "as if 10⁻⁴ times `u*v*dx` by the rule `centroid` were added",
+    ),
+    (
+        "one-zone",
+        &[
+            [
+                CONTACT[0],
+                "((abs(x - 0.5) > 0.125)*(law(u) * contactTest(v) - flux(u)*v))",
+            ],
+            [
+                CONTACT[1],
+                "((abs(x - 0.5) > 0.125)*(dLaw(w, u) * contactTest(v) - dn(w)*v))",
+            ],
+        ],
+        "as if all terms over `ds(C)` on 2 facets of 8, from (0.4375, 0) to (0.5625, 0) were missing",
+    ),
+    (
+        "plate",
+        &[[
+            "(law(u) * contactTest(v) - flux",
+            "((u - psi) * contactTest(v) - flux",
+        ]],
+        "as if the term `pos(gamma0*h*dot(grad(u), n) - (u - psi))*dot(grad(v), n)*ds(C)` were missing",
+    ),
+    (
+        "one-zone",
+        &[
+            ["func f = sceneF(scene);", "func f = 1.01*sceneF(scene);"],
+            [FREEFEM_GAMMA, "gamma[][Ch(cell, 0)] = 1.01*value;"],
+        ],
+        "as if `gamma0` were 101 and the term `f*v*dx` had the factor 1.01",
+    ),
+    (
+        "plate",
+        &[["(f*v)", "(1.01*f*v)"], ["(t*v)", "(0.98*t*v)"]],
+        "as if the term `f*v*dx` had the factor 1.01 and the term `t*v*ds(N)` had the factor 0.98",
+    ),
+];
+
+#[test]
+fn changes_of_the_scheme_as_a_form_are_named() {
+    for (scene, changes, said) in OF_FORM {
+        let folder = folder();
+        let at = folder.path();
+        let changes: Vec<(&str, &str)> = changes.iter().map(|[from, to]| (*from, *to)).collect();
+        let engine = companion_with(at, "freefem", &changes);
+        let engines = format!("rust,{engine}");
+        let mut words = vec!["verify", scene, "--engines", &engines, "--methods", "cr"];
+        if scene == "one-zone" {
+            words.extend(["--n", "8"]);
+        }
+        let ran = run(at, &words);
+        let last = ran.stdout.lines().last().unwrap_or_default();
+        assert_eq!(ran.code, Some(1), "{said}: {}{}", ran.stdout, ran.stderr);
+        assert!(last.contains(said), "{said}: {last}");
+    }
+}
+
 #[test]
 fn planted_faults_are_named_in_freefem() {
     planted_in("freefem");

@@ -33,6 +33,8 @@ pub enum Aspect {
     Status,
     /// An iteration that stopped early.
     Iteration,
+    /// The terms of the scheme as a weak form.
+    Form,
 }
 
 impl Display for Aspect {
@@ -50,6 +52,7 @@ impl Display for Aspect {
             Aspect::U => "u",
             Aspect::Status => "the contact status",
             Aspect::Iteration => "the iteration",
+            Aspect::Form => "the form",
         })
     }
 }

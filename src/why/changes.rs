@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::text::number::{number, place, trimmed};
+use crate::text::number::{number, place};
 use crate::text::{Text, text};
 use faceoff_form::Problem;
 use faceoff_form::judge::{Cause, Change, Interpolated, Part, Term};
@@ -34,6 +34,12 @@ pub struct Names<'a> {
 impl Names<'_> {
     fn term(&self, k: usize) -> &str {
         &self.terms[k].text
+    }
+
+    /// `dx`, `ds(top)`: the end of a term.
+    fn measure(&self, k: usize) -> &str {
+        let term = self.term(k);
+        term.rsplit('*').next().unwrap_or(term).trim()
     }
 
     fn code(&self, k: usize) -> Text {
@@ -106,18 +112,22 @@ impl Names<'_> {
                 few(factor.abs()),
                 ["x", "y", "z"][*axis]
             ),
-            Change::Mass { unknown } => {
+            Change::Mass { unknown, rule } => {
                 let unknown = &problem.unknowns[*unknown];
+                let by = rule.map(|rule| text!(" by the rule {}", code(rule)));
                 let product = match unknown.space.size {
                     None => format!("{}*{}*dx", unknown.name, unknown.test),
                     Some(_) => format!("dot({}, {})*dx", unknown.name, unknown.test),
                 };
-                text!("{} times {} were added", few(*factor), code(&product))
+                text!("{} times {}{} were added", few(*factor), code(&product), by)
             }
-            Change::Some { term, .. } => has(
-                text!("the term {} {}", self.code(*term), self.some(change)),
-                *factor,
-            ),
+            Change::Some { term, is_all, .. } => {
+                let what = match is_all {
+                    true => text!("all terms over {}", code(self.measure(*term))),
+                    false => text!("the term {}", self.code(*term)),
+                };
+                has(text!("{} {}", what, self.some(change)), *factor)
+            }
         }
     }
 
@@ -183,7 +193,7 @@ impl Names<'_> {
                 Some(term),
                 Some(["x", "y", "z"][*axis].to_owned()),
             ),
-            Change::Mass { unknown } => {
+            Change::Mass { unknown, .. } => {
                 ("mass", None, Some(problem.unknowns[*unknown].name.clone()))
             }
             Change::Some { term, .. } => ("some", Some(term), Some(self.some(&cause.change))),
@@ -198,9 +208,11 @@ impl Names<'_> {
     }
 }
 
-/// Seven digits, without zeros at the end.
+/// As few digits as seven of them need.
 fn few(x: f64) -> String {
-    trimmed(&number(x, 7))
+    let rounded = |digits: usize| format!("{x:.*e}", digits - 1).parse::<f64>();
+    let digits = (1..7).find(|digits| rounded(*digits) == rounded(7));
+    number(rounded(7).unwrap_or(x), digits.unwrap_or(7))
 }
 
 fn code(words: &str) -> Text {

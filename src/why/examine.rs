@@ -4,7 +4,7 @@ use super::candidates::{Candidate, candidates};
 use super::gamma::FaceGamma;
 use super::place::Spot;
 use super::search::Search;
-use super::{Aspect, Explanation, Findings, Rank, data, gamma, known, local};
+use super::{Aspect, Explanation, Findings, Rank, data, gamma, known, local, scheme};
 use crate::run::{RESIDUAL_TOLERANCE, Runner, Setup, Written};
 use crate::text::text;
 use faceoff_mesh::cancel;
@@ -78,6 +78,9 @@ impl Search<'_> {
         };
         if !accounts(&found, self.limit, Rank::Number) {
             found.extend(data::fits(self)?);
+        }
+        if !accounts(&found, self.limit, Rank::Number) {
+            found.extend(scheme::explain(self));
         }
         found.extend(local::status(self));
         found.extend(local::values_held(self));

@@ -17,6 +17,7 @@ mod known;
 mod local;
 mod order;
 mod place;
+mod scheme;
 mod search;
 
 use serde::Serialize;

@@ -219,8 +219,7 @@ forms_agree! {
 /// On a mesh from Gmsh: its groups and its numbers of vertices are not those of generated meshes.
 #[test]
 fn cantilever() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/forms/beam.msh");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/forms/beam.msh");
     let mesh = faceoff_mesh::io::read(&path).expect("the mesh");
     assert_eq!(lacking(&form("cantilever"), &mesh), NONE);
 }

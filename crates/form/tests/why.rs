@@ -179,7 +179,18 @@ fn said(form: &Problem, judged: &Judged, Cause { change, factor }: &Cause) -> St
             Part::Component(c) => format!("{} × {number} by [{c}]", term(k)),
         },
         Change::Varying { term: k, axis } => format!("{} × (1 + {number} x{axis})", term(k)),
-        Change::Mass { unknown } => format!("+ {number} {}", form.unknowns[*unknown].name),
+        Change::Mass {
+            unknown,
+            rule: None,
+        } => format!("+ {number} {}", form.unknowns[*unknown].name),
+        Change::Mass {
+            rule: Some(rule), ..
+        } => format!("+ {number} by {rule}"),
+        Change::Some {
+            count,
+            is_all: true,
+            ..
+        } => format!("all × {number} in {count}"),
         Change::Some { term: k, count, .. } => format!("{} × {number} in {count}", term(k)),
     }
 }

@@ -73,11 +73,15 @@ pub enum Change {
     Mass {
         /// The position of the unknown.
         unknown: usize,
+        /// The name of the rule, if it is not that of the form.
+        rule: Option<&'static str>,
     },
-    /// A term has a factor on some cells or facets.
+    /// A term, or all over one measure, has a factor on some cells or facets.
     Some {
-        /// Its position.
+        /// Its position, or that of the first of them.
         term: usize,
+        /// Are all terms over its measure meant?
+        is_all: bool,
         /// Cells or facets.
         domain: Domain,
         /// How many.
@@ -114,6 +118,15 @@ impl Change {
         matches!(
             self,
             Rule { .. } | Data { .. } | One { .. } | Transposed { .. } | Moved { .. }
+        )
+    }
+
+    /// Is it one of a whole term, datum or parameter, wherever that is?
+    pub fn is_everywhere(&self) -> bool {
+        use Change::{Group, Part, Some, Varying};
+        !matches!(
+            self,
+            Group { .. } | Part { .. } | Some { .. } | Varying { .. }
         )
     }
 

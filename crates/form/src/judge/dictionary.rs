@@ -401,10 +401,21 @@ fn mass(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
         terms: terms.collect(),
         at: 0,
     };
-    all.push(changed(
-        Change::Mass { unknown },
-        &problem,
-        vec![integral],
-        vec![],
-    ));
+    let own = problem.rules();
+    let names = quadrature::names(problem.dim).iter();
+    let others = names.chain(quadrature::foreign(problem.dim));
+    let others = others.filter_map(|name| quadrature::rule(problem.dim, name));
+    let others = others.filter(|rule| rule.name != own[0].name);
+    let each = others.map(|rule| (Some(rule.name), rule));
+    for (rule, cells) in std::iter::once((None, own[0].clone())).chain(each) {
+        all.push(Entry {
+            change: Change::Mass { unknown, rule },
+            make: Make::Integrals {
+                problem: Box::new(problem.clone()),
+                integrals: vec![integral.clone()],
+                rules: [cells, own[1].clone()],
+                less: Vec::new(),
+            },
+        });
+    }
 }

@@ -30,27 +30,38 @@ pub fn local(residual: &Residual<'_>, b: &[f64], rounding: f64) -> Vec<Column> {
     if failing as f64 > ROWS * free as f64 || !residual.means.is_empty() {
         return Vec::new();
     }
-    let terms = 0..residual.problem.integrals.len();
-    let each = terms.filter_map(|term| {
-        let (parts, of, domain) = parts(residual, term, b, rounding)?;
+    let integrals = &residual.problem.integrals;
+    let alone = (0..integrals.len()).map(|term| vec![term]);
+    // All terms over one measure, as where a code leaves out a facet.
+    let firsts = (0..integrals.len()).filter_map(|first| {
+        let same = |k: &usize| integrals[*k].measure == integrals[first].measure;
+        let all: Vec<usize> = (0..integrals.len()).filter(same).collect();
+        (all[0] == first && all.len() > 1).then_some(all)
+    });
+    let each = alone.chain(firsts).filter_map(|terms| {
+        let (parts, of, domain) = parts(residual, &terms, b, rounding)?;
         let chosen = match domain {
             Domain::Cells => by_turns(&parts, b, rounding),
             _ => together(&parts, b),
         };
-        column(residual, term, domain, of, &parts, &chosen)
+        column(residual, &terms, domain, of, &parts, &chosen)
     });
     each.collect()
 }
 
-/// The cells or facets of a term that touch rows which do not hold, and how many there are in all.
+/// The cells or facets of terms over one measure that touch rows which do not hold, and how many there are in all.
 fn parts(
     residual: &Residual<'_>,
-    term: usize,
+    terms: &[usize],
     b: &[f64],
     rounding: f64,
 ) -> Option<(Vec<Part>, usize, Domain)> {
     let mut problem = residual.problem.clone();
-    let integral = problem.integrals[term].clone();
+    problem.integrals = terms
+        .iter()
+        .map(|k| problem.integrals[*k].clone())
+        .collect();
+    let integral = problem.residual().pop()?;
     let (mesh, rules) = (&residual.assembler.mesh, problem.rules());
     let by = Bilinear::new();
     let work = Work::new(&mut problem, mesh, residual.source, &integral, rules, by);
@@ -170,7 +181,7 @@ fn together(parts: &[Part], b: &[f64]) -> Chosen {
 /// What the chosen ones add together.
 fn column(
     residual: &Residual<'_>,
-    term: usize,
+    terms: &[usize],
     domain: Domain,
     of: usize,
     parts: &[Part],
@@ -190,7 +201,8 @@ fn column(
     let is_some = !chosen.is_empty() && chosen.len() < of && square > 0.0;
     is_some.then(|| Column {
         change: Change::Some {
-            term,
+            term: terms[0],
+            is_all: terms.len() > 1,
             domain,
             count: chosen.len(),
             of,

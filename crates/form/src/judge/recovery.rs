@@ -103,6 +103,9 @@ impl Search<'_> {
         if exact.is_empty() {
             exact = self.exact(&self.greedy(&singles));
         }
+        // With three or more anything can be had of far-fetched ones.
+        let is_plain = |causes: &[Cause]| rank(causes) <= 10 * causes.len() + PLAINEST;
+        exact.retain(|(causes, _)| causes.len() < 3 || is_plain(causes));
         exact.sort_by_key(|(causes, _)| rank(causes));
         let mut exact = exact.into_iter();
         if let Some((causes, left)) = exact.next() {
@@ -192,11 +195,11 @@ impl Search<'_> {
                 *delta = plain.unwrap_or(*delta);
             }
             trial.left = largest(&self.rest(&trial));
-            let is_used = self.is_used(&trial) && self.has_equations(&trial);
             if trial.left > self.rounding {
                 self.refine(&mut trial);
             }
-            (is_used && trial.left <= self.rounding).then(|| (self.causes(&trial), trial.left))
+            let is_cause = self.is_used(&trial) && self.has_equations(&trial);
+            (is_cause && trial.left <= self.rounding).then(|| (self.causes(&trial), trial.left))
         });
         settled.collect()
     }

@@ -1,0 +1,157 @@
+//! The scheme of a scene as a weak form: Nitsche's methods on CR, P1 and P2, in which every change that is known of forms is looked for.
+
+use std::path::Path;
+
+use super::changes::Names;
+use super::search::Search;
+use super::{Aspect, Explanation, Rank};
+use crate::run::function;
+use crate::text::text;
+use faceoff_fem::contact::{Law, Problem};
+use faceoff_fem::quadrature;
+use faceoff_fem::scene::{HRule, Part};
+use faceoff_form::Problem as Form;
+use faceoff_form::judge::judge;
+use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
+
+/// The parts of the boundary as the form calls them.
+const PARTS: [(Part, &str, i64); 3] = [
+    (Part::Contact, "C", 1),
+    (Part::Dirichlet, "D", 2),
+    (Part::Neumann, "N", 3),
+];
+
+/// What u solves in place of the scheme, if changes of the form explain it.
+pub(super) fn explain(search: &Search) -> Option<Explanation> {
+    let problem = &search.problem;
+    let mesh = mesh(problem);
+    let text = form(problem)?;
+    let form = Form::parse(Path::new("scheme"), &text, &mesh).ok()?;
+    let (cells, field) = function::broken(problem, "u", search.u);
+    let fields = vec![field];
+    let result = Mesh { fields, ..cells };
+    let judged = judge(&form, &mesh, &result, 0.0).ok()?;
+    let found = judged.explanation.as_ref().filter(|found| found.is_exact)?;
+    let names = Names {
+        problem: &form,
+        terms: &judged.terms,
+    };
+    let brief = text!(
+        "it solves the scheme as if {}",
+        names.sentence(&found.causes)
+    );
+    // What is somewhere else supposes more than statuses that lag, or γ of a face.
+    let is_plain = found
+        .causes
+        .iter()
+        .all(|cause| cause.change.is_everywhere());
+    let rank = if is_plain { Rank::Number } else { Rank::Places };
+    Some(Explanation::new(Aspect::Form, brief, rank, found.left))
+}
+
+/// The cells, and the faces of each part of the boundary.
+fn mesh(problem: &Problem) -> Mesh {
+    let source = problem.space.mesh;
+    let (kind, facet) = match source.dim {
+        2 => (CellKind::Triangle, CellKind::Line),
+        _ => (CellKind::Tetrahedron, CellKind::Triangle),
+    };
+    let cells = (0..source.cell_count()).flat_map(|cell| source.cell(cell).to_vec());
+    let mut mesh = Mesh {
+        points: source.points.clone().into(),
+        blocks: vec![CellBlock::new(kind, cells.collect())],
+        ..Mesh::default()
+    };
+    let mut first = source.cell_count() as u32;
+    for (part, name, tag) in PARTS {
+        let faces = problem.parts.iter().enumerate();
+        let faces = faces.filter(|(_, of)| **of == Some(part));
+        let nodes: Vec<u32> = faces
+            .flat_map(|(face, _)| source.face(face).to_vec())
+            .collect();
+        let count = (nodes.len() / source.dim) as u32;
+        mesh.groups.push(Group {
+            name: Some(name.to_owned()),
+            cells: (first..first + count).collect(),
+            ..Group::new(source.dim as u8 - 1, tag)
+        });
+        mesh.blocks.push(CellBlock::new(facet, nodes));
+        first += count;
+    }
+    mesh
+}
+
+/// The file of the form: (2.4) and (3.2) of the paper; none of another law, or of a rule that forms do not have.
+fn form(problem: &Problem) -> Option<String> {
+    let (method, data) = (problem.method(), problem.scene.data());
+    let Law::Nitsche(law) = method.law else {
+        return None;
+    };
+    let dim = problem.space.mesh.dim;
+    let degree = |dim: usize, rule: &quadrature::Rule| {
+        let known = quadrature::exact(dim, rule.degree.max(2));
+        (known.name == rule.name).then_some(rule.degree)
+    };
+    let [degree, facet_degree] = [
+        degree(dim, &problem.cell_rule)?,
+        degree(dim - 1, &problem.face_rule)?,
+    ];
+    let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
+    let has = |part: Part| problem.parts.contains(&Some(part));
+    let mut given = String::new();
+    let mut terms = vec!["inner(grad(u), grad(v))*dx".to_owned()];
+    let all = [
+        ("f", &data.f),
+        ("t", &data.t),
+        ("psi", &data.psi),
+        ("g", &data.g),
+    ];
+    for (name, datum) in all.into_iter().filter(|(_, datum)| !datum.is_zero()) {
+        given += &format!("{name} = {}\n", quoted(datum.text()));
+    }
+    if !data.f.is_zero() {
+        terms.push("- f*v*dx".into());
+    }
+    if !data.t.is_zero() && has(Part::Neumann) {
+        terms.push("- t*v*ds(N)".into());
+    }
+    let h = match problem.discretisation.h {
+        HRule::Local => "h",
+        HRule::Global => "hmax",
+    };
+    if has(Part::Contact) {
+        let gap = if data.psi.is_zero() { "u" } else { "(u - psi)" };
+        let active = format!("pos(gamma0*{h}*dot(grad(u), n) - {gap})");
+        terms.push("- dot(grad(u), n)*v*ds(C)".into());
+        let tests = [
+            (law.theta1, "dot(grad(v), n)".to_owned()),
+            (law.theta2, format!("v/(gamma0*{h})")),
+        ];
+        for (theta, test) in tests.iter().filter(|(theta, _)| *theta != 0.0) {
+            let sign = if *theta < 0.0 { "-" } else { "+" };
+            let factor = match theta.abs() {
+                1.0 => String::new(),
+                size => format!("{size:?}*"),
+            };
+            for what in [gap, &active] {
+                terms.push(format!("{sign} {factor}{what}*{test}*ds(C)"));
+            }
+        }
+    }
+    let element = method.element.name().to_uppercase();
+    let mesh = problem.space.mesh;
+    let longest = (0..mesh.cell_count()).map(|cell| mesh.geometry(cell).diameter);
+    let longest = longest.fold(0.0, f64::max);
+    let value = if data.g.is_zero() { "\"0\"" } else { "\"g\"" };
+    let held = if has(Part::Dirichlet) {
+        format!("D = {value}\n")
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "name = \"scheme\"\n[spaces]\nu = \"{element}\"\n[parameters]\ngamma0 = {:?}\nhmax = {longest:?}\n[data]\n{given}[form]\nF = {}\ndegree = {degree}\n\
+         facet_degree = {facet_degree}\n[dirichlet]\n{held}",
+        problem.discretisation.gamma0(),
+        quoted(&terms.join(" "))
+    ))
+}
