@@ -365,6 +365,7 @@ fn editors_know_what_files_hold() {
         (&form, "[form]", "[form]\ndegree = 6"),
         (&form, "use = [", "used = ["),
         (&form, "orders = { l2", "orders = { l1"),
+        (&form, "[fields.u]", "[numbers.a]\n[fields.u]"),
         (
             &face_off,
             "command = [\"FreeFem++-nw\"",

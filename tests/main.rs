@@ -15,6 +15,7 @@ mod face_off_scripts;
 mod face_off_times;
 mod false_alarms;
 mod faults;
+mod form_numbers;
 mod forms;
 mod given;
 mod hunt;

@@ -77,6 +77,8 @@ pub struct Left {
     pub results: Vec<Written>,
     /// By name, as the code calls them.
     pub numbers: BTreeMap<String, f64>,
+    /// Why it has no numbers, where that is known.
+    pub numberless: Option<String>,
     /// From its start to its end.
     pub seconds: f64,
     /// Where they are, if that ends with them.
@@ -341,6 +343,7 @@ impl Script {
         Ok(Left {
             results,
             numbers,
+            numberless: None,
             seconds,
             _folder: None,
         })

@@ -173,6 +173,7 @@ fn again(
     mesh: Option<&Mesh>,
     change: Change,
 ) -> Option<Result<Left>> {
+    let source = mesh;
     let mut mesh = mesh.filter(|_| player.code.takes_mesh()).cloned();
     let mut parameters = rung.parameters.clone();
     let mut threads = None;
@@ -205,7 +206,15 @@ fn again(
         threads,
         ..run_how(of, player.code, &rung.level, change.suffix(), how, None)
     };
-    Some(player.code.run(&task, &how))
+    let again = || {
+        let mut left = player.code.run(&task, &how)?;
+        // Cells and vertices are found by their places.
+        if let Some(integrals) = of.integrals(source, &rung.parameters)? {
+            integrals.add_to(player.code, &mut left);
+        }
+        Ok(left)
+    };
+    Some(again())
 }
 
 fn field_moved(

@@ -227,6 +227,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         let mesh = of.mesh(level.n)?;
         let problem = of.problem(&level, mesh.as_ref());
         let parameters = level.parameters(&of.parameters);
+        let integrals = of.integrals(mesh.as_ref(), &parameters)?;
         let mut left = Vec::with_capacity(players.len());
         for player in &players {
             let name = &player.name;
@@ -245,6 +246,10 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
                 Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
                 other => other,
             };
+            let mut found = found;
+            if let (Ok(left), Some(integrals)) = (&mut found, &integrals) {
+                integrals.add_to(player.code, left);
+            }
             let seconds = found.as_ref().ok().map(|left| left.seconds);
             runs.push(RunOf {
                 code: name.clone(),

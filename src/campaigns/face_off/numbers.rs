@@ -24,10 +24,14 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
             let name = asked.name_in(player.code.name());
             match left.as_ref().map(|left| left.numbers.get(name)) {
                 None => {}
-                Some(None) => told.push((
-                    Verdict::Undetermined,
-                    format!("{} has no number `{name}`", player.name),
-                )),
+                Some(None) => {
+                    let why = left.as_ref().and_then(|left| left.numberless.as_ref());
+                    let why = why.map_or_else(String::new, |why| format!(": {why}"));
+                    told.push((
+                        Verdict::Undetermined,
+                        format!("{} has no number `{name}`{why}", player.name),
+                    ));
+                }
                 Some(Some(value)) if !value.is_finite() => {
                     told.push((
                         Verdict::Undetermined,

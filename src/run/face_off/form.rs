@@ -149,18 +149,9 @@ impl Reader {
         Ok(all)
     }
 
-    /// What is compared: the unknowns where the file names no field, and nothing that scripts do not write.
-    pub(super) fn asked_of(
-        &self,
-        form: &Problem,
-        fields: &mut toml::Table,
-        numbers: &toml::Table,
-    ) -> Result<()> {
+    /// What is compared: the unknowns where the file names no field.
+    pub(super) fn asked_of(&self, form: &Problem, fields: &mut toml::Table) -> Result<()> {
         let unknowns = || form.unknowns.iter().map(|unknown| unknown.name.as_str());
-        if let Some((name, _)) = numbers.iter().next() {
-            let what = "scripts of forms write fields only".to_owned();
-            return Err(self.refuse(&format!("numbers.{name}"), what, "leave it out"));
-        }
         if let Some((name, _)) = fields
             .iter()
             .find(|(name, _)| !unknowns().any(|u| u == *name))

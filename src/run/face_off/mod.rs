@@ -25,6 +25,7 @@
 mod code;
 mod form;
 mod formula;
+mod integrals;
 mod level;
 mod parameters;
 mod store;
@@ -110,6 +111,8 @@ pub struct Asked {
     pub uncovered: Option<f64>,
     /// Of a field.
     pub times: Judged,
+    /// Of a number of a form: the integral that it is.
+    pub value: Option<String>,
 }
 
 /// What codes share.

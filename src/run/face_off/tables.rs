@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::code::{Code, Protocol};
 use super::form::in_full;
+use super::integrals::fault;
 use super::level::Level;
 use super::{Asked, FaceOff, Formula, Judged, Same, Source};
 use crate::engine::{self, Form, Script, fill};
@@ -86,6 +87,7 @@ struct AskedTable {
     orders: OrdersTable,
     uncovered: Option<f64>,
     times: Option<Judged>,
+    value: Option<String>,
     #[serde(default)]
     names: BTreeMap<String, String>,
 }
@@ -255,6 +257,7 @@ impl Reader {
                     let what = "times are of fields, and this is a number".to_owned();
                     return Err(self.refuse(&place, what, "leave times out"));
                 }
+                self.check_value(&place, table.value.as_deref(), form.as_ref(), of_number)?;
                 table.times.get_or_insert_with(|| file.times.clone());
                 let asked = self.asked(&place, name, table, &parameters, &codes)?;
                 if of_number && asked.exact.iter().any(|formula| formula.has_time) {
@@ -266,7 +269,7 @@ impl Reader {
             all.collect()
         };
         if let Some(form) = &form {
-            self.asked_of(form, &mut file.fields, &file.numbers)?;
+            self.asked_of(form, &mut file.fields)?;
         }
         let (fields, numbers) = (
             asked("fields", file.fields)?,
@@ -283,7 +286,7 @@ impl Reader {
         let files = codes.iter().map(Code::files);
         let lacks = |code: &&Script| {
             code.results.is_empty() && !fields.is_empty()
-                || code.numbers.is_none() && !numbers.is_empty()
+                || code.numbers.is_none() && numbers.iter().any(|asked| asked.value.is_none())
         };
         if let Some(code) = files.clone().find(lacks) {
             let key = if code.results.is_empty() && !fields.is_empty() {
@@ -311,6 +314,32 @@ impl Reader {
             fields,
             numbers,
         })
+    }
+
+    /// The numbers of a form are integrals, as its scripts write fields only; those of other files are written by the codes.
+    fn check_value(
+        &self,
+        place: &str,
+        value: Option<&str>,
+        form: Option<&Problem>,
+        of_number: bool,
+    ) -> Result<()> {
+        match (value, form.filter(|_| of_number)) {
+            (Some(text), Some(form)) => match fault(form, text) {
+                Some((what, remedy)) => Err(self.refuse(place, what, &remedy)),
+                None => Ok(()),
+            },
+            (Some(_), None) => {
+                let what = "only numbers of a form have a value".to_owned();
+                Err(self.refuse(place, what, "leave value out"))
+            }
+            (None, Some(_)) => {
+                let what = "scripts of forms write fields only, and this is a number".to_owned();
+                let remedy = "give an integral of the solution, as in value = \"u*dx\"";
+                Err(self.refuse(place, what, remedy))
+            }
+            (None, None) => Ok(()),
+        }
     }
 
     fn check_name(&self, place: &str, name: &str) -> Result<()> {
@@ -570,6 +599,7 @@ impl Reader {
             orders: [table.orders.l2, table.orders.h1],
             uncovered: table.uncovered,
             times: table.times.unwrap_or_default(),
+            value: table.value,
         })
     }
 }

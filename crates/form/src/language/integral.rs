@@ -57,8 +57,13 @@ impl Reader<'_> {
                 _ => {}
             }
         }
+        let integrand = self.weighted(integrand, measure.domain);
         let is_test = |leaf: &Leaf| matches!(leaf.field, Field::Test(_));
         let terms = self.scalars.linear(integrand, &is_test).map_err(|why| {
+            if self.weight.is_some() {
+                let what = "a test function in a number";
+                return fault(term, what, "a number is an integral of the solution");
+            }
             let tests: Vec<&str> = self
                 .names
                 .unknowns
@@ -81,6 +86,24 @@ impl Reader<'_> {
             terms,
             at: term.start,
         })
+    }
+
+    /// Times the test function of the weight, if there is one.
+    fn weighted(&mut self, integrand: Id, domain: Domain) -> Id {
+        let Some(weight) = self.weight else {
+            return integrand;
+        };
+        let test = self.scalars.leaf(Leaf {
+            field: Field::Test(weight),
+            component: 0,
+            axis: None,
+            second: None,
+            side: match domain {
+                Domain::Interior => Side::Plus,
+                _ => Side::Here,
+            },
+        });
+        self.scalars.multiply(integrand, test)
     }
 
     pub(super) fn field_name(&self, field: Field) -> String {

@@ -214,7 +214,8 @@ impl Reader<'_> {
         let known = of
             .unknowns
             .iter()
-            .flat_map(|u| [u.name.as_str(), u.test.as_str()]);
+            .flat_map(|u| [u.name.as_str(), u.test.as_str()])
+            .filter(|name| !name.is_empty());
         let known = known
             .chain(of.parameters.iter().map(|p| p.name.as_str()))
             .chain(of.data.iter().map(|d| d.name.as_str()));

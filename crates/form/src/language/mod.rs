@@ -120,6 +120,8 @@ pub struct Names<'a> {
 pub struct Reader<'a> {
     names: Names<'a>,
     scalars: &'a mut Scalars,
+    /// The unknown whose test function integrals without one are multiplied by.
+    weight: Option<usize>,
 }
 
 /// The shape in words.
@@ -135,7 +137,20 @@ fn kind_of(shape: &[usize]) -> String {
 impl<'a> Reader<'a> {
     /// A reader that adds what it reads to `scalars`.
     pub fn new(names: Names<'a>, scalars: &'a mut Scalars) -> Self {
-        Reader { names, scalars }
+        Reader {
+            names,
+            scalars,
+            weight: None,
+        }
+    }
+
+    /// The integrals of a number, each multiplied by the test function of an unknown at this position.
+    ///
+    /// # Errors
+    /// As [`Self::form`]; test functions.
+    pub fn number(&mut self, term: &Term, weight: usize) -> Result<Vec<Integral>> {
+        self.weight = Some(weight);
+        self.form(term)
     }
 
     /// The integrals of a form.

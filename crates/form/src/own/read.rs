@@ -24,14 +24,15 @@ fn refuse(what: String, remedy: &str) -> Error {
     Error::usage(what, remedy)
 }
 
-/// The dofs of all unknowns, whose numbers were written with this relative error.
+/// The dofs of all unknowns, whose numbers were written with this relative error; those of an unknown without a name are 0.
 ///
 /// # Errors
 /// A result on another mesh, and fields that are not there or are no functions of the spaces.
 pub fn read(assembler: &Assembler, result: &Mesh, unit: f64) -> Result<Vec<f64>> {
     let cells = cells(assembler, result)?;
     let mut u = vec![0.0; assembler.dofs.count()];
-    for k in 0..assembler.problem.unknowns.len() {
+    let unknowns = assembler.problem.unknowns.iter().enumerate();
+    for (k, _) in unknowns.filter(|(_, unknown)| !unknown.name.is_empty()) {
         unknown(assembler, result, &cells, k, unit, &mut u)?;
     }
     Ok(u)

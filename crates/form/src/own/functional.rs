@@ -1,0 +1,139 @@
+//! Numbers of a solution: integrals, linear in the unknowns or not, such as energies, forces and means.
+//!
+//! They are taken by the assembly of residuals: with a test function that is constant on each cell, the sum of a residual is the integral.
+
+use faceoff_fem::scene::expression::syntax::Term;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Mesh;
+
+use super::assemble::{Assembler, Wanted};
+use super::batch::State;
+use super::read::read;
+use crate::language::{Fault, Names, Reader};
+use crate::problem::{Element, Integral, Problem, Space, Unknown};
+
+/// The numbers of a problem, each a sum of integrals.
+#[derive(Debug)]
+pub struct Functionals {
+    /// With one more unknown, which has no name.
+    problem: Problem,
+    integrals: Vec<Integral>,
+    /// The number that each integral is part of.
+    owners: Vec<usize>,
+    count: usize,
+}
+
+/// Numbers on a mesh, ready to be taken of results.
+#[derive(Debug)]
+pub struct Measured {
+    assembler: Assembler,
+    owners: Vec<usize>,
+    count: usize,
+}
+
+impl Functionals {
+    /// No numbers yet.
+    pub fn new(problem: &Problem) -> Self {
+        let mut problem = problem.clone();
+        problem.unknowns.push(Unknown {
+            name: String::new(),
+            test: String::new(),
+            space: Space {
+                element: Element::Broken(0),
+                size: None,
+            },
+        });
+        Functionals {
+            problem,
+            integrals: Vec::new(),
+            owners: Vec::new(),
+            count: 0,
+        }
+    }
+
+    /// Adds a number, as in `inner(grad(u), grad(u))*dx`.
+    ///
+    /// # Errors
+    /// What is not in the language, a test function, or a solution of another time.
+    pub fn add(&mut self, text: &str) -> std::result::Result<(), Fault> {
+        let term = Term::parse(text).map_err(|e| Fault {
+            at: e.column.saturating_sub(1),
+            what: e.what,
+            remedy: "docs/reference/form.md has the grammar".into(),
+        })?;
+        let Problem {
+            dim,
+            unknowns,
+            parameters,
+            data,
+            groups,
+            scalars,
+            ..
+        } = &mut self.problem;
+        let weight = unknowns.len() - 1;
+        let known = unknowns[..weight].iter().map(|unknown| Unknown {
+            test: String::new(),
+            ..unknown.clone()
+        });
+        let known: Vec<Unknown> = known.collect();
+        let names = Names {
+            dim: *dim,
+            unknowns: &known,
+            parameters,
+            data,
+            groups,
+            unmarked: 0,
+            // Of a result the last time is known only.
+            is_timed: false,
+        };
+        let found = Reader::new(names, scalars).number(&term, weight)?;
+        self.owners
+            .extend(std::iter::repeat_n(self.count, found.len()));
+        self.integrals.extend(found);
+        self.count += 1;
+        Ok(())
+    }
+
+    /// The numbers on a mesh.
+    ///
+    /// # Errors
+    /// A mesh on which nothing can be solved.
+    pub fn on(&self, source: &Mesh) -> Result<Measured> {
+        Ok(Measured {
+            assembler: Assembler::of(&self.problem, source, &self.integrals, false)?,
+            owners: self.owners.clone(),
+            count: self.count,
+        })
+    }
+}
+
+impl Measured {
+    /// The numbers of a result, whose own numbers were written with this relative error.
+    ///
+    /// # Errors
+    /// A result on another mesh, and fields that are not there or are no functions of the spaces.
+    pub fn of(&self, result: &Mesh, unit: f64) -> Result<Vec<f64>> {
+        let Assembler {
+            problem,
+            mesh,
+            dofs,
+            ..
+        } = &self.assembler;
+        let u = read(&self.assembler, result, unit)?;
+        let parameters: Vec<f64> = problem.parameters.iter().map(|p| p.value).collect();
+        let state = State {
+            u: &u,
+            old: &[],
+            parameters: &parameters,
+        };
+        let weight = problem.unknowns.len() - 1;
+        let mut found = vec![0.0; self.count];
+        for (k, owner) in self.owners.iter().enumerate() {
+            let system = self.assembler.assemble_only(k, state, Wanted::Residual);
+            let nodes = (0..mesh.cell_count()).flat_map(|cell| dofs.of_cell(weight, cell));
+            let dofs = nodes.flat_map(|node| dofs.of_node(*node));
+            found[*owner] += dofs.map(|dof| system.residual[dof]).sum::<f64>();
+        }
+        Ok(found)
+    }
+}

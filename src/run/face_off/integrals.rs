@@ -1,0 +1,116 @@
+//! The numbers of a form: integrals of what each code has found, all taken here, so that codes need not write them.
+
+use std::collections::BTreeMap;
+
+use super::{Code, FaceOff};
+use crate::engine::{Left, with};
+use crate::run::Written;
+use faceoff_form::Problem;
+use faceoff_form::own::{Functionals, Measured};
+use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::field::Results;
+use faceoff_mesh::mesh::{CellBlock, Field, Mesh, Support, Values};
+
+/// Takes the numbers of a form on one mesh.
+pub struct Integrals<'a> {
+    measured: Measured,
+    of: &'a FaceOff,
+}
+
+/// What is wrong with a number, with its place, and what to do; `None` if nothing is.
+pub(super) fn fault(form: &Problem, text: &str) -> Option<(String, String)> {
+    let fault = Functionals::new(form).add(text).err()?;
+    let what = format!("value, character {}: {}", fault.at + 1, fault.what);
+    Some((what, fault.remedy))
+}
+
+impl FaceOff {
+    /// What takes the numbers of the form on a mesh; none where there are none.
+    ///
+    /// # Errors
+    /// A mesh on which nothing can be solved.
+    pub fn integrals(
+        &self,
+        mesh: Option<&Mesh>,
+        parameters: &BTreeMap<String, String>,
+    ) -> Result<Option<Integrals<'_>>> {
+        let (Some(form), Some(mesh), false) = (&self.form, mesh, self.numbers.is_empty()) else {
+            return Ok(None);
+        };
+        let mut all = Functionals::new(&with(form, parameters));
+        for text in self.numbers.iter().filter_map(|asked| asked.value.as_ref()) {
+            all.add(text)
+                .map_err(|fault| Error::usage(fault.what, fault.remedy))?;
+        }
+        let measured = all.on(mesh)?;
+        Ok(Some(Integrals { measured, of: self }))
+    }
+}
+
+impl Integrals<'_> {
+    /// Adds its numbers to what a code left, or why it has none.
+    pub fn add_to(&self, code: &Code, left: &mut Left) {
+        match self.of_code(code, left) {
+            Ok(values) => {
+                let names = self
+                    .of
+                    .numbers
+                    .iter()
+                    .map(|asked| asked.name_in(code.name()));
+                left.numbers.extend(names.map(str::to_owned).zip(values));
+            }
+            Err(error) => left.numberless = Some(error.to_string()),
+        }
+    }
+
+    fn of_code(&self, code: &Code, left: &Left) -> Result<Vec<f64>> {
+        let mut found = Err(Error::usage("it left no result", "let it write its fields"));
+        for file in &left.results {
+            let mut result = mesh(&*file.at(file.times.len() - 1)?);
+            for asked in &self.of.fields {
+                let called = asked.name_in(code.name());
+                let mut fields = result.fields.iter_mut();
+                if let Some(field) = fields.find(|field| field.name == called) {
+                    field.name.clone_from(&asked.name);
+                }
+            }
+            let units = result
+                .fields
+                .iter()
+                .map(|field| Written::of(&field.values.to_f64()).unit());
+            found = self.measured.of(&result, units.fold(0.0, f64::max));
+            if found.is_ok() {
+                break;
+            }
+        }
+        found
+    }
+}
+
+/// The mesh of a result with its fields on points and cells.
+fn mesh(results: &Results) -> Mesh {
+    let mut mesh = Mesh {
+        points: results.points.clone(),
+        ..Mesh::default()
+    };
+    let mut start = 0;
+    for (kind, count) in &results.kinds {
+        let cells = start..start + count;
+        let nodes = cells.flat_map(|cell| results.cell(cell));
+        mesh.blocks.push(CellBlock::new(*kind, nodes.collect()));
+        start += count;
+    }
+    let supports = [
+        (Support::Points, &results.on_points),
+        (Support::Cells, &results.on_cells),
+    ];
+    for (on, fields) in supports {
+        // What not all points have is no function.
+        for field in fields.iter().filter(|field| field.at.is_none()) {
+            let values = Values::F64(field.values.clone());
+            let field = Field::new(field.name.as_str(), on, field.components, values);
+            mesh.fields.push(field);
+        }
+    }
+    mesh
+}
