@@ -169,16 +169,15 @@ fn claim(of: &FaceOffOutcome, word: &str) -> Text {
 
 /// The codes whose results do not solve the form, with the first one's cause.
 fn unsolved(of: &FaceOffOutcome) -> Option<Text> {
-    let wrong = of
-        .in_form
-        .iter()
-        .filter_map(|of| Some((&*of.code, of.wrong()?)));
+    let all = of.in_form.iter();
+    let wrong = all.filter_map(|of| Some((&*of.code, of.wrong()?)));
     let (codes, found): (Vec<&str>, Vec<&InForm>) = wrong.unzip();
     let does = if codes.len() == 1 { "does" } else { "do" };
-    let cause = found
-        .first()?
-        .cause()
-        .map(|words| text!(", but as if {}", words));
+    let first = found.first()?;
+    let cause = match first.cause() {
+        Some(words) => text!(", but as if {}", words),
+        None => text!(": {}", &first.sentence),
+    };
     Some(text!(
         "**{}** {} not solve the form{}",
         codes.join(", "),
