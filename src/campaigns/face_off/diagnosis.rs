@@ -206,15 +206,12 @@ fn again(
         threads,
         ..run_how(of, player.code, &rung.level, change.suffix(), how, None)
     };
-    let again = || {
-        let mut left = player.code.run(&task, &how)?;
+    let mut again = player.code.run(&task, &how);
+    if let Ok(left) = &mut again {
         // Cells and vertices are found by their places.
-        if let Some(integrals) = of.integrals(source, &rung.parameters)? {
-            integrals.add_to(player.code, &mut left);
-        }
-        Ok(left)
-    };
-    Some(again())
+        of.integrate(player.code, source, &rung.parameters, left);
+    }
+    Some(again)
 }
 
 fn field_moved(

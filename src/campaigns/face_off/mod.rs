@@ -227,7 +227,6 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         let mesh = of.mesh(level.n)?;
         let problem = of.problem(&level, mesh.as_ref());
         let parameters = level.parameters(&of.parameters);
-        let integrals = of.integrals(mesh.as_ref(), &parameters)?;
         let mut left = Vec::with_capacity(players.len());
         for player in &players {
             let name = &player.name;
@@ -247,8 +246,8 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
                 other => other,
             };
             let mut found = found;
-            if let (Ok(left), Some(integrals)) = (&mut found, &integrals) {
-                integrals.add_to(player.code, left);
+            if let Ok(left) = &mut found {
+                of.integrate(player.code, mesh.as_ref(), &parameters, left);
             }
             let seconds = found.as_ref().ok().map(|left| left.seconds);
             runs.push(RunOf {

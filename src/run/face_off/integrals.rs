@@ -6,16 +6,10 @@ use super::{Code, FaceOff};
 use crate::engine::{Left, with};
 use crate::run::Written;
 use faceoff_form::Problem;
-use faceoff_form::own::{Functionals, Measured};
+use faceoff_form::own::Functionals;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::mesh::{CellBlock, Field, Mesh, Support, Values};
-
-/// Takes the numbers of a form on one mesh.
-pub struct Integrals<'a> {
-    measured: Measured,
-    of: &'a FaceOff,
-}
 
 /// What is wrong with a number, with its place, and what to do; `None` if nothing is.
 pub(super) fn fault(form: &Problem, text: &str) -> Option<(String, String)> {
@@ -25,49 +19,42 @@ pub(super) fn fault(form: &Problem, text: &str) -> Option<(String, String)> {
 }
 
 impl FaceOff {
-    /// What takes the numbers of the form on a mesh; none where there are none.
-    ///
-    /// # Errors
-    /// A mesh on which nothing can be solved.
-    pub fn integrals(
+    /// Adds the numbers of the form, on this mesh, to what a code left, or why it has none.
+    pub fn integrate(
         &self,
+        code: &Code,
         mesh: Option<&Mesh>,
         parameters: &BTreeMap<String, String>,
-    ) -> Result<Option<Integrals<'_>>> {
+        left: &mut Left,
+    ) {
         let (Some(form), Some(mesh), false) = (&self.form, mesh, self.numbers.is_empty()) else {
-            return Ok(None);
+            return;
         };
-        let mut all = Functionals::new(&with(form, parameters));
-        for text in self.numbers.iter().filter_map(|asked| asked.value.as_ref()) {
-            all.add(text)
-                .map_err(|fault| Error::usage(fault.what, fault.remedy))?;
-        }
-        let measured = all.on(mesh)?;
-        Ok(Some(Integrals { measured, of: self }))
-    }
-}
-
-impl Integrals<'_> {
-    /// Adds its numbers to what a code left, or why it has none.
-    pub fn add_to(&self, code: &Code, left: &mut Left) {
-        match self.of_code(code, left) {
+        match self.integrals(code, mesh, &with(form, parameters), left) {
             Ok(values) => {
-                let names = self
-                    .of
-                    .numbers
-                    .iter()
-                    .map(|asked| asked.name_in(code.name()));
+                let names = self.numbers.iter().map(|asked| asked.name_in(code.name()));
                 left.numbers.extend(names.map(str::to_owned).zip(values));
             }
             Err(error) => left.numberless = Some(error.to_string()),
         }
     }
 
-    fn of_code(&self, code: &Code, left: &Left) -> Result<Vec<f64>> {
+    fn integrals(
+        &self,
+        code: &Code,
+        source: &Mesh,
+        form: &Problem,
+        left: &Left,
+    ) -> Result<Vec<f64>> {
+        let mut all = Functionals::new(form);
+        for text in self.numbers.iter().filter_map(|asked| asked.value.as_ref()) {
+            all.add(text)
+                .map_err(|fault| Error::usage(fault.what, fault.remedy))?;
+        }
         let mut found = Err(Error::usage("it left no result", "let it write its fields"));
         for file in &left.results {
             let mut result = mesh(&*file.at(file.times.len() - 1)?);
-            for asked in &self.of.fields {
+            for asked in &self.fields {
                 let called = asked.name_in(code.name());
                 let mut fields = result.fields.iter_mut();
                 if let Some(field) = fields.find(|field| field.name == called) {
@@ -78,7 +65,7 @@ impl Integrals<'_> {
                 .fields
                 .iter()
                 .map(|field| Written::of(&field.values.to_f64()).unit());
-            found = self.measured.of(&result, units.fold(0.0, f64::max));
+            found = all.of(source, &result, units.fold(0.0, f64::max));
             if found.is_ok() {
                 break;
             }

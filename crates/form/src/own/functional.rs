@@ -23,14 +23,6 @@ pub struct Functionals {
     count: usize,
 }
 
-/// Numbers on a mesh, ready to be taken of results.
-#[derive(Debug)]
-pub struct Measured {
-    assembler: Assembler,
-    owners: Vec<usize>,
-    count: usize,
-}
-
 impl Functionals {
     /// No numbers yet.
     pub fn new(problem: &Problem) -> Self {
@@ -94,42 +86,24 @@ impl Functionals {
         Ok(())
     }
 
-    /// The numbers on a mesh.
-    ///
-    /// # Errors
-    /// A mesh on which nothing can be solved.
-    pub fn on(&self, source: &Mesh) -> Result<Measured> {
-        Ok(Measured {
-            assembler: Assembler::of(&self.problem, source, &self.integrals, false)?,
-            owners: self.owners.clone(),
-            count: self.count,
-        })
-    }
-}
-
-impl Measured {
-    /// The numbers of a result, whose own numbers were written with this relative error.
+    /// The numbers of a result on a mesh, whose own numbers were written with this relative error.
     ///
     /// # Errors
     /// A result on another mesh, and fields that are not there or are no functions of the spaces.
-    pub fn of(&self, result: &Mesh, unit: f64) -> Result<Vec<f64>> {
-        let Assembler {
-            problem,
-            mesh,
-            dofs,
-            ..
-        } = &self.assembler;
-        let u = read(&self.assembler, result, unit)?;
-        let parameters: Vec<f64> = problem.parameters.iter().map(|p| p.value).collect();
+    pub fn of(&self, source: &Mesh, result: &Mesh, unit: f64) -> Result<Vec<f64>> {
+        let assembler = Assembler::of(&self.problem, source, &self.integrals, false)?;
+        let Assembler { mesh, dofs, .. } = &assembler;
+        let u = read(&assembler, result, unit)?;
+        let parameters: Vec<f64> = self.problem.parameters.iter().map(|p| p.value).collect();
         let state = State {
             u: &u,
             old: &[],
             parameters: &parameters,
         };
-        let weight = problem.unknowns.len() - 1;
+        let weight = self.problem.unknowns.len() - 1;
         let mut found = vec![0.0; self.count];
         for (k, owner) in self.owners.iter().enumerate() {
-            let system = self.assembler.assemble_only(k, state, Wanted::Residual);
+            let system = assembler.assemble_only(k, state, Wanted::Residual);
             let nodes = (0..mesh.cell_count()).flat_map(|cell| dofs.of_cell(weight, cell));
             let dofs = nodes.flat_map(|node| dofs.of_node(*node));
             found[*owner] += dofs.map(|dof| system.residual[dof]).sum::<f64>();

@@ -22,7 +22,7 @@ mod work;
 pub use assemble::{Assembler, System, Wanted};
 pub use batch::State;
 pub use dofs::{Dofs, Pattern};
-pub use functional::{Functionals, Measured};
+pub use functional::Functionals;
 pub(crate) use held::means;
 pub use held::{Held, held};
 pub use output::{output, values};
