@@ -16,7 +16,7 @@ pub const CODE: Code = Code {
     suffix: "_dolfinx.py",
     command: &["/usr/bin/python3"],
     mesh: ("msh2", "msh"),
-    write,
+    script: super::Script::Own(write),
 };
 
 /// Names that the frame imports or makes.

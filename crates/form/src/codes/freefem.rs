@@ -15,7 +15,7 @@ pub const CODE: Code = Code {
     suffix: ".edp",
     command: &["FreeFem++-nw", "-v", "0"],
     mesh: ("medit", "mesh"),
-    write,
+    script: super::Script::Own(write),
 };
 
 /// Words of FreeFEM, and those of the frame.

@@ -14,7 +14,7 @@ pub const CODE: Code = Code {
     suffix: "_getfem.py",
     command: &["/usr/bin/python3"],
     mesh: ("msh2", "msh"),
-    write,
+    script: super::Script::Own(write),
 };
 
 /// Names that the frame makes, and words of the weak form language.

@@ -4,6 +4,8 @@
 //! the cells to a VTU file. [`CODES`] is the list; a new code is one file here, with one entry in it.
 
 mod dolfinx;
+mod fields;
+mod frame;
 mod freefem;
 mod getfem;
 mod ngsolve;
@@ -34,7 +36,13 @@ pub struct Code {
     pub command: &'static [&'static str],
     /// The format of the mesh, by the name that face-offs have for it, and the suffix of its files.
     pub mesh: (&'static str, &'static str),
-    write: fn(&mut Problem) -> std::result::Result<String, String>,
+    script: Script,
+}
+
+#[derive(Debug)]
+enum Script {
+    Own(fn(&mut Problem) -> std::result::Result<String, String>),
+    Of(&'static frame::Table),
 }
 
 /// All codes that forms are written for.
@@ -45,6 +53,14 @@ pub const CODES: [Code; 6] = [
     ngsolve::CODE,
     getfem::CODE,
     nutils::CODE,
+];
+
+/// The templates, and what they have in common.
+const FRAMES: [(&str, &str); 4] = [
+    ("head.py", include_str!("frames/head.py")),
+    ("read.py", include_str!("frames/read.py")),
+    ("write_vtu.py", include_str!("frames/write_vtu.py")),
+    ("nutils.py", include_str!("frames/nutils.py")),
 ];
 
 impl Code {
@@ -64,7 +80,10 @@ impl Code {
     /// # Errors
     /// What the code lacks for this problem.
     pub fn script(&self, problem: &Problem) -> std::result::Result<String, String> {
-        let mut script = (self.write)(&mut problem.clone())?;
+        let mut script = match self.script {
+            Script::Own(write) => write(&mut problem.clone())?,
+            Script::Of(table) => table.script(problem, &self.file(problem))?,
+        };
         // Between parts are at most two empty lines.
         while script.contains("\n\n\n\n") {
             script = script.replace("\n\n\n\n", "\n\n\n");

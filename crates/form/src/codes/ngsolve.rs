@@ -14,7 +14,7 @@ pub const CODE: Code = Code {
     suffix: "_ngsolve.py",
     command: &["python3"],
     mesh: ("msh2", "msh"),
-    write,
+    script: super::Script::Own(write),
 };
 
 /// Names that the frame imports or makes.

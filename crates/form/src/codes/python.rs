@@ -7,7 +7,7 @@ use crate::problem::{Element, Problem, Time};
 use crate::scalar::{Id, Node, Scalars};
 
 use super::spelling::Words;
-use super::spelling::{Shared, Spelling, head, indented};
+use super::spelling::{Shared, Spelling, Style, head, indented};
 
 /// Words of Python and of the frame.
 pub const RESERVED: &str = "False None True and as assert async await break class continue def del elif else except finally for from global \
@@ -33,6 +33,13 @@ pub fn numpy_call(function: Function, arguments: &[String]) -> String {
 pub fn numpy_choice(sign: &str, [a, b, c, d]: &[String; 4]) -> String {
     format!("np.where({a} {sign} {b}, {c}, {d})")
 }
+
+/// The form in NumPy's functions.
+pub const NUMPY: Style = Style {
+    call: numpy_call,
+    power: |base, n| n.after(base, "**"),
+    choice: numpy_choice,
+};
 
 /// A function of the point as an expression of arrays, the coordinates `axes`; its value has their shape.
 pub fn numpy(

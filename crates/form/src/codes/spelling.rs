@@ -129,6 +129,34 @@ pub struct Spelling<'a> {
     pub choice: fn(&str, &[String; 4]) -> String,
 }
 
+/// How a code writes functions, powers and choices.
+#[derive(Debug, Clone, Copy)]
+pub struct Style {
+    /// A function of one or two arguments.
+    pub call: fn(Function, &[String]) -> String,
+    /// A power, of a base in brackets where it needs them.
+    pub power: fn(&str, &Exponent) -> String,
+    /// Values of a choice: the comparison, its sides and both values.
+    pub choice: fn(&str, &[String; 4]) -> String,
+}
+
+impl Style {
+    /// With the ends of expressions.
+    pub fn with<'a>(&self, end: &'a dyn Fn(Node) -> String) -> Spelling<'a> {
+        let Style {
+            call,
+            power,
+            choice,
+        } = *self;
+        Spelling {
+            end,
+            call,
+            power,
+            choice,
+        }
+    }
+}
+
 /// The exponent of a power.
 pub enum Exponent {
     /// An integer from -9 to -1 or 2 to 9.
@@ -436,7 +464,9 @@ pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
         lines.extend(strong.into_iter().map(|line| format!("    {line}")));
     }
     lines.push(String::new());
-    lines.push(reads.to_owned());
+    if !reads.is_empty() {
+        lines.push(reads.to_owned());
+    }
     lines.iter().map(|line| comment(line)).collect()
 }
 
