@@ -186,8 +186,9 @@ struct Held {
     /// Where it is among the components of all unknowns.
     position: usize,
     unknown: usize,
-    /// None where it is a function of vectors.
+    /// None where it is a function of vectors as a whole.
     component: Option<usize>,
+    is_whole: bool,
     element: String,
     degree: usize,
     /// `normal` or `tangential`.
@@ -519,6 +520,7 @@ impl Speaker<'_> {
                 position: self.problem.position(held.unknown, first),
                 unknown: held.unknown,
                 component: held.component,
+                is_whole: held.component.is_none(),
                 element: self.element(space)?,
                 degree: space.element.degree(),
                 trace: match space.element {

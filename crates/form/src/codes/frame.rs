@@ -8,9 +8,9 @@ use minijinja::{Environment, Error, UndefinedBehavior, Value};
 
 use super::fields::{Fields, Named, Term};
 use super::python;
-use super::spelling::{Shared, Style, Words, shared};
-use crate::problem::{Integral, Problem, Space};
-use crate::scalar::{Id, Leaf, Node, Side};
+use super::spelling::{Shared, Style, Words, shared, traces};
+use crate::problem::{Element, Integral, Problem, Space};
+use crate::scalar::{Field, Id, Leaf, Node, Side};
 
 /// A code's words for everything that a form is made of.
 #[derive(Debug)]
@@ -138,6 +138,20 @@ impl Speaker<'_> {
         python::numpy(&self.problem.scalars, id, *coordinates, &parameter)
     }
 
+    /// The name of the function that a leaf is of, and whether that is one of vectors as a whole.
+    pub fn function(&self, leaf: Leaf) -> (&str, bool) {
+        let is_vector = match leaf.field {
+            Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
+                self.problem.unknowns[k].space.element.is_vector()
+            }
+            Field::Datum(_) => false,
+        };
+        match is_vector {
+            true => (self.words.whole(leaf.field), true),
+            false => (self.words.part(leaf), false),
+        }
+    }
+
     /// Names for what occurs more than once in some expressions, and their definitions.
     pub fn share(&self, roots: &[Id]) -> (Vec<Named>, Shared) {
         let found = shared(
@@ -234,6 +248,9 @@ fn frames() -> Result<Environment<'static>, Error> {
     all.set_syntax(syntax);
     all.set_undefined_behavior(UndefinedBehavior::Strict);
     all.add_filter("within", within);
+    all.add_filter("each", each);
+    all.add_filter("dot", dot);
+    all.add_function("trace", trace);
     for (name, text) in super::FRAMES {
         all.add_template(name, text)?;
     }
@@ -247,6 +264,27 @@ fn within(text: &str) -> String {
         false => format!("    {line}\n"),
     });
     lines.collect()
+}
+
+/// A text for each component, whose number, counted from `first`, takes the place of `%`.
+fn each(text: &str, count: usize, first: usize) -> Vec<String> {
+    let numbers = first..first + count;
+    numbers.map(|k| text.replace('%', &k.to_string())).collect()
+}
+
+/// A scalar product.
+fn dot(a: Vec<String>, b: Vec<String>) -> String {
+    let each = a.iter().zip(&b).map(|(a, b)| format!("{a}*{b}"));
+    each.collect::<Vec<_>>().join(" + ")
+}
+
+/// The components of a vector that are continuous on facets: the `normal` one, or all others.
+fn trace(kind: &str, u: Vec<String>, n: Vec<String>) -> Vec<String> {
+    let element = match kind {
+        "normal" => Element::RaviartThomas,
+        _ => Element::Nedelec,
+    };
+    traces(element, &u, &n)
 }
 
 /// For codes that take the points of rules.

@@ -1,3 +1,5 @@
+{% from "lists.py" import rows %}
+{% from "newton.py" import newton %}
 {% include "head.py" %}
 from nutils import function, mesh, pointsseq, sample, solver, types
 from nutils import points as quadrature
@@ -29,17 +31,8 @@ def at(part, places, weights):
 n = function.normal(geom)
 
 # The quadrature points are given explicitly, so that all codes use the same.
-{% for rule in rules %}
-{{ ["rule", "facet_rule"][loop.index0] }} = [
-{% for row in rule.points|batch(2) %}
-    {{ row|join(", ") }},
-{% endfor %}
-], [
-{% for row in rule.weights|batch(4) %}
-    {{ row|join(", ") }},
-{% endfor %}
-]
-{% endfor %}
+rule = {{ rows(rules[0].points, 2) }}, {{ rows(rules[0].weights, 4) }}
+facet_rule = {{ rows(rules[1].points, 2) }}, {{ rows(rules[1].weights, 4) }}
 {% if has_diameter %}
 longest = np.linalg.norm(points[cells][:, :, None] - points[cells][:, None], axis=3).max(axis=(1, 2))
 h = function.get(longest, 0, topo.f_index)  # the longest edge of each cell
@@ -133,18 +126,13 @@ dofs, values = nodal(topo.{{ part }}["g{{ one.tag }}"], bases[{{ one.position }}
 held[first[{{ one.position }}] + dofs], goal[first[{{ one.position }}] + dofs] = True, values
 {% endfor %}
 
-# Newton's method. Dirichlet values come in by its first increment; a linear form takes one step, and a second one confirms it.
-free = ~held
-for step in range(30):
-    r = system.assemble_residual({"total": total, **arguments})
-    A = system.assemble_jacobian({"total": total, **arguments})
-    d = np.where(held, total - goal, 0.0)
-    d[free] = A.submatrix(free, free).solve((r - A @ d)[free])
-    total -= d
-    if abs(d).max(initial=0) <= 1e-10*abs(total).max():
-        break
-else:
-    sys.exit("Newton's method did not converge.")
+{% call newton("abs(d).max(initial=0)", "abs(total).max()", free="free = ~held") %}
+r = system.assemble_residual({"total": total, **arguments})
+A = system.assemble_jacobian({"total": total, **arguments})
+d = np.where(held, total - goal, 0.0)
+d[free] = A.submatrix(free, free).solve((r - A @ d)[free])
+total -= d
+{% endcall %}
 {% endset %}
 {% if not time %}
 arguments = {}
@@ -162,11 +150,9 @@ total[first[{{ initial.position }}] + dofs] = values
 for number in range(1, {{ time.steps + 1 }}):
     {{ time.t }} = number*{{ time.dt }}
     arguments = {"{{ time.t }}": {{ time.t }}, "before": total.copy()}
-{% for datum in data if datum.element %}
-{% for part in datum.parts %}
-    basis = {{ datum.element }}
-    _, arguments["of_{{ part.name }}"] = nodal(topo, basis, {{ datum.degree }}, lambda {{ axes|join(", ") }}: {{ part.at_points }})
-{% endfor %}
+{% for each in interpolated %}
+    basis = {{ each.element }}
+    _, arguments["of_{{ each.name }}"] = nodal(topo, basis, {{ each.degree }}, lambda {{ axes|join(", ") }}: {{ each.at_points }})
 {% endfor %}
 {{ solve|within }}
 {%- endif %}
