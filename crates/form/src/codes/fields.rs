@@ -331,17 +331,22 @@ struct Sums {
 }
 
 impl Speaker<'_> {
-    fn formula_of(&self, id: Id) -> Formula {
+    /// The value of a formula without coordinates and parameters.
+    pub fn constant(&self, id: Id) -> Option<String> {
         let scalars = &self.problem.scalars;
-        let is_given =
-            |id: &Id| matches!(scalars.node(*id), Node::Coordinate(_) | Node::Parameter(_));
+        let nodes = scalars.nodes_of([id]);
+        let is_given = |node| matches!(node, Node::Coordinate(_) | Node::Parameter(_));
         let value = scalars.value(id, &|_| f64::NAN);
-        let is_constant = !scalars.nodes_of([id]).iter().any(is_given) && value.is_finite();
+        let is_constant = !nodes.iter().any(|id| is_given(scalars.node(*id)));
+        (is_constant && value.is_finite()).then(|| format!("{value:?}"))
+    }
+
+    fn formula_of(&self, id: Id) -> Formula {
         Formula {
             text: self.formula(id),
             at_points: self.at_points(id),
-            is_number: scalars.number_of(id).is_some(),
-            constant: is_constant.then(|| format!("{value:?}")),
+            is_number: self.problem.scalars.number_of(id).is_some(),
+            constant: self.constant(id),
         }
     }
 
@@ -364,6 +369,14 @@ impl Speaker<'_> {
 
     fn element(&self, space: Space) -> Result<String, String> {
         (self.table.element)(&self.problem, space)
+    }
+
+    /// The space of a component.
+    fn of_part(&self, element: Element) -> Result<String, String> {
+        self.element(Space {
+            element,
+            size: None,
+        })
     }
 
     fn rules(&self) -> Result<Vec<Rule>, String> {
@@ -392,7 +405,10 @@ impl Speaker<'_> {
             Ok(Datum {
                 name: self.words.whole(Field::Datum(k)).to_owned(),
                 shape: datum.shape.clone(),
-                element: datum.space.map(|space| self.element(space)).transpose()?,
+                element: datum
+                    .space
+                    .map(|space| self.of_part(space.element))
+                    .transpose()?,
                 degree: datum.space.map_or(0, |space| space.element.degree()),
                 parts: parts.collect(),
             })
@@ -405,10 +421,7 @@ impl Speaker<'_> {
         let all = all.map(|(name, element, id)| {
             Ok(Interpolated {
                 name,
-                element: self.element(Space {
-                    element,
-                    size: None,
-                })?,
+                element: self.of_part(element)?,
                 degree: element.degree(),
                 formula: self.formula_of(id),
             })

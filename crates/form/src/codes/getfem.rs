@@ -117,7 +117,11 @@ fn leaf(of: &Speaker<'_>, leaf: Leaf) -> String {
     }
     let sided = |what: &str| other(format!("{what}{test}{name}"), leaf.side);
     let components = [is_vector.then_some(leaf.component), leaf.axis, leaf.second];
-    let places: Vec<String> = components.iter().flatten().map(|k| (k + 1).to_string()).collect();
+    let places: Vec<String> = components
+        .iter()
+        .flatten()
+        .map(|k| (k + 1).to_string())
+        .collect();
     let value = match (leaf.axis, leaf.second) {
         (None, _) => sided(""),
         (Some(_), None) => sided("Grad_"),

@@ -56,12 +56,13 @@ pub const CODES: [Code; 6] = [
 ];
 
 /// The templates, and what they have in common.
-const FRAMES: [(&str, &str); 7] = [
+const FRAMES: [(&str, &str); 8] = [
     ("head.py", include_str!("frames/head.py")),
     ("lists.py", include_str!("frames/lists.py")),
     ("newton.py", include_str!("frames/newton.py")),
     ("read.py", include_str!("frames/read.py")),
     ("write_vtu.py", include_str!("frames/write_vtu.py")),
+    ("dolfinx.py", include_str!("frames/dolfinx.py")),
     ("getfem.py", include_str!("frames/getfem.py")),
     ("nutils.py", include_str!("frames/nutils.py")),
 ];

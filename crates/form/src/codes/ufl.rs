@@ -3,10 +3,10 @@
 use faceoff_fem::scene::expression::syntax::{Kind, Term};
 use faceoff_fem::scene::expression::{Comparison, Function};
 
-use super::spelling::{Shared, Spelling, Words};
+use super::spelling::{Style, Words};
 use crate::language::{Names, Reader, find_group};
 use crate::problem::Problem;
-use crate::scalar::{Field, Id, Node};
+use crate::scalar::Field;
 
 struct Editor<'a> {
     problem: &'a Problem,
@@ -28,38 +28,28 @@ pub fn ufl(problem: &Problem, words: &Words, text: &str, term: &Term) -> String 
     editor.apply()
 }
 
-/// A function of the point in UFL, from its expression.
-pub fn formula(problem: &Problem, words: &Words, id: Id) -> String {
-    let end = |node: Node| match node {
-        Node::Pi => "pi".into(),
-        Node::Parameter(k) => words.parameters[k].clone(),
-        Node::Coordinate(k) => format!("x[{k}]"),
-        _ => String::new(),
-    };
-    let spelling = Spelling {
-        end: &end,
-        call: |function, arguments| {
-            let name = match function {
-                Function::Log => "ln",
-                Function::Max => "max_value",
-                Function::Min => "min_value",
-                other => other.names()[0],
-            };
-            format!("{name}({})", arguments.join(", "))
-        },
-        power: |base, n| n.after(base, "**"),
-        choice: |sign, [a, b, c, d]| {
-            let name = match sign {
-                "<" => "lt",
-                "<=" => "le",
-                ">" => "gt",
-                _ => "ge",
-            };
-            format!("conditional({name}({a}, {b}), {c}, {d})")
-        },
-    };
-    spelling.text(&problem.scalars, id, &Shared::new())
-}
+/// UFL's words for functions, powers and choices.
+pub const UFL: Style = Style {
+    call: |function, arguments| {
+        let name = match function {
+            Function::Log => "ln",
+            Function::Max => "max_value",
+            Function::Min => "min_value",
+            other => other.names()[0],
+        };
+        format!("{name}({})", arguments.join(", "))
+    },
+    power: |base, n| n.after(base, "**"),
+    choice: |sign, [a, b, c, d]| {
+        let name = match sign {
+            "<" => "lt",
+            "<=" => "le",
+            ">" => "gt",
+            _ => "ge",
+        };
+        format!("conditional({name}({a}, {b}), {c}, {d})")
+    },
+};
 
 impl Editor<'_> {
     fn replace(&mut self, start: usize, end: usize, with: impl Into<String>) {
