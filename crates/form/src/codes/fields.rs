@@ -50,7 +50,7 @@ pub struct Fields {
     more: Value,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Clone)]
 pub struct Named {
     pub name: String,
     pub value: String,

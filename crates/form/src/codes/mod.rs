@@ -56,7 +56,7 @@ pub const CODES: [Code; 6] = [
 ];
 
 /// The templates, and what they have in common.
-const FRAMES: [(&str, &str); 8] = [
+const FRAMES: [(&str, &str); 9] = [
     ("head.py", include_str!("frames/head.py")),
     ("lists.py", include_str!("frames/lists.py")),
     ("newton.py", include_str!("frames/newton.py")),
@@ -65,6 +65,7 @@ const FRAMES: [(&str, &str); 8] = [
     ("dolfinx.py", include_str!("frames/dolfinx.py")),
     ("getfem.py", include_str!("frames/getfem.py")),
     ("nutils.py", include_str!("frames/nutils.py")),
+    ("scikit_fem.py", include_str!("frames/scikit_fem.py")),
 ];
 
 impl Code {

@@ -1,0 +1,245 @@
+{% from "lists.py" import rows %}
+{% from "newton.py" import newton %}
+{# The dofs of an unknown, or of a component. #}
+{% macro part(unknown, component) %}
+{{ "np.arange(basis.N)" if unknowns|length == 1 else "basis.split_indices()[" ~ unknown ~ "]" }}
+{%- if component is not none and unknowns[unknown].size is not none %}[{{ component }}::{{ unknowns[unknown].size }}]{% endif %}
+{% endmacro %}
+{# Unknowns at the points of a basis, under their names. #}
+{% macro interpolated_from(names, dofs) %}
+{% if names|length == 1 -%}
+{"{{ names[0] }}" + mark: basis.interpolate({{ dofs }})}
+{%- else -%}
+dict(zip([name + mark for name in ("{{ names|join('", "') }}")], basis.interpolate({{ dofs }})))
+{%- endif %}
+{% endmacro %}
+{% set cell = "Tri" if dim == 2 else "Tet" %}
+{% set point = axes|join(", ") %}
+{% set tests = unknowns|map(attribute="test")|join(", ") %}
+{% set increments = unknowns|map(attribute="increment")|join(", ") %}
+{% include "head.py" %}
+{% if means %}
+import scipy.sparse
+{% endif %}
+import skfem
+from scipy.sparse.linalg import splu
+
+{% include "read.py" %}
+{% if more.bends %}
+
+
+def bent(kind):
+    """An element with second derivatives, by central differences, which are exact for slopes that are quadratic."""
+
+    class Bent(kind):
+        def gbasis(self, mapping, X, i, tind=None):
+            field, = super().gbasis(mapping, X, i, tind)
+            slope = lambda X: np.asarray(self.lbasis(X, i)[1]) + 0*X
+            shift = np.eye(len(X)).reshape(len(X), len(X), *[1]*(X.ndim - 1))
+            own = np.array([slope(X + e) - slope(X - e) for e in shift])/2
+            own = own if X.ndim == 3 else own[:, :, None]
+            inverse = mapping.invDF(X, tind)
+            own = np.broadcast_to(own, (*own.shape[:2], *inverse.shape[2:]))
+            field.hess = np.einsum("abek,aiek,bjek->ijek", own, inverse, inverse)
+            return field,
+
+    return Bent()
+
+
+{% endif %}
+mesh = skfem.Mesh{{ cell }}(points.T.copy(), cells.T.copy())
+element = {{ unknowns|map(attribute="element")|join(" * ") }}
+
+# The quadrature points are given explicitly, so that all codes use the same.
+rule = np.array({{ rows(rules[0].points, 2) }}).T, np.array({{ rows(rules[0].weights, 4) }})
+facet_rule = np.array({{ rows(rules[1].points, 2) }}).T, np.array({{ rows(rules[1].weights, 4) }})
+
+number = {tuple(vertices): i for i, vertices in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}
+boundary = np.array([number[tuple(sorted(vertices))] for vertices in facets.tolist()])
+diameter = np.max([np.linalg.norm(mesh.p[:, mesh.t[i]] - mesh.p[:, mesh.t[j]], axis=0) for i in range({{ dim + 1 }}) for j in range(i)], axis=0)
+{% for datum in data %}
+{% for part in datum.parts %}
+
+
+def {{ part.name }}({{ point }}):
+    return {{ part.at_points }}
+{% endfor %}
+{% endfor %}
+{% for integral in more.integrals %}
+{% set i = loop.index0 %}
+{% set facets = ", facets=boundary[np.isin(labels, [" ~ integral.tags|join(", ") ~ "])]" if integral.tags else "" %}
+
+
+# {{ integral.title }}
+{% if integral.kind == "dx" %}
+basis{{ i }} = skfem.Basis(mesh, element, quadrature=rule
+{%- if integral.tags %}, elements=np.flatnonzero(np.isin(regions, [{{ integral.tags|join(", ") }}])){% endif %})
+{% elif integral.kind == "ds" %}
+basis{{ i }} = skfem.FacetBasis(mesh, element, quadrature=facet_rule{{ facets }})
+{% else %}
+basis{{ i }}_plus, basis{{ i }}_minus = (skfem.InteriorFacetBasis(mesh, element, quadrature=facet_rule{{ facets }}, side=other) for other in (0, 1))
+{% endif %}
+{% for form in integral.forms %}
+
+
+{% if form.is_residual %}
+@skfem.LinearForm
+def residual{{ i }}{{ form.test }}({{ tests }}, w):
+{% else %}
+@skfem.BilinearForm
+def derivative{{ i }}{{ form.trial }}{{ form.test }}({{ increments }}, {{ tests }}, w):
+{% endif %}
+    {{ point }}, = w.x
+{% if form.has_normal %}
+    n = w.n
+{% endif %}
+{% for name in form.fields %}
+    {{ name }} = w.{{ name }}
+{% endfor %}
+{% for each in form.shared %}
+    {{ each.name }} = {{ each.value }}
+{% endfor %}
+    return (
+{% for term in form.terms %}
+        {{ term.signed }}
+{% endfor %}
+    )
+{% endfor %}
+{% endfor %}
+
+
+basis = skfem.Basis(mesh, element, quadrature=rule)
+total = basis.zeros()
+{% if time %}
+before = basis.zeros()
+{% endif %}
+{% if interpolated %}
+
+
+def of_element(basis, element, mark):
+    """The basis of another element at the same points."""
+    if not mark:
+        return basis.with_element(element)
+    return skfem.InteriorFacetBasis(mesh, element, quadrature=basis.quadrature, facets=basis.find, side=int(mark == "_minus"))
+{% endif %}
+
+
+def given(basis, mark=""):
+    """The unknowns and data at the points of a basis."""
+    of_cells = diameter[basis.tind if hasattr(basis, "tind") and basis.tind is not None else slice(None)]
+    all = {{ interpolated_from(unknowns|map(attribute="name")|list, "total") }}
+{% if time %}
+    all.update({{ interpolated_from(unknowns|map(attribute="old")|list, "before") }})
+{% endif %}
+{% for each in interpolated %}
+    own = of_element(basis, skfem.Element{{ cell }}P{{ each.degree }}(), mark)
+    all["{{ each.name }}" + mark] = own.interpolate({{ each.name }}(*own.doflocs))
+{% endfor %}
+    return {**all, "h" + mark: of_cells[:, None] + 0*basis.dx}
+
+
+# Dirichlet values; where two groups share a dof, the later one counts.
+held, goal = np.zeros(basis.N, bool), basis.zeros()
+{% if holds_parts %}
+
+
+def hold(group, part, g):
+    found = basis.get_dofs(facets=boundary[labels == group]).flatten()
+    dofs = found[np.isin(found, part)]
+    held[dofs] = True
+    goal[dofs] = g(*basis.doflocs[:, dofs])
+
+
+{% endif %}
+{% if holds_wholes %}
+
+
+def hold_whole(group, part, element, trace, g):
+    """Hold the normal or tangential moments of a vector on facets, by projection."""
+    own = skfem.FacetBasis(mesh, element, facets=boundary[labels == group], quadrature=facet_rule)
+    product = lambda u, v, n: sum(a*b for a, b in zip(trace(u, n), trace(v, n)))
+    M = skfem.BilinearForm(lambda u, v, w: product(u, v, w.n)).assemble(own)
+    b = skfem.LinearForm(lambda v, w: product(g(*w.x), v, w.n)).assemble(own)
+    found = np.flatnonzero(M.diagonal() > 1e-10*M.diagonal().max())
+    held[part[found]] = True
+    goal[part[found]] = splu(M.tocsc()[found][:, found]).solve(b[found])
+
+
+{% endif %}
+{% if means %}
+
+# The means are held by multipliers: the product of a row with dofs is the integral.
+rows = np.array([{% for mean in means %}skfem.LinearForm(lambda {{ tests }}, w: {{ mean.test }} + 0*w.x[0]).assemble(basis){{ ", " if not loop.last }}{% endfor %}])
+wanted = basis.dx.sum()*np.array([{{ means|map(attribute="value")|join(", ") }}])
+{% endif %}
+{% set solve %}
+{% for one in held %}
+{% if not one.is_whole %}
+hold({{ one.tag }}, {{ part(one.unknown, one.component) }}, lambda {{ point }}: {{ one.values[0].at_points }})
+{% else %}
+{% set trace = trace(one.trace, "u[%]"|each(dim, 0), "n[%]"|each(dim, 0)) %}
+hold_whole({{ one.tag }}, {{ part(one.unknown, none) }}, {{ one.element }}, lambda u, n: [{{ trace|join(", ") }}], lambda {{ point }}: [{{ one.values|map(attribute="at_points")|join(", ") }}])
+{% endif %}
+{% endfor %}
+
+{% call newton("abs(d).max(initial=0)", "abs(total).max()", free="free = ~held") %}
+{% for integral in more.integrals %}
+{% set i = loop.index0 %}
+{% if integral.kind == "dS" %}
+given{{ i }} = {**given(basis{{ i }}_plus, "_plus"), **given(basis{{ i }}_minus, "_minus")}
+{% else %}
+given{{ i }} = given(basis{{ i }})
+{% endif %}
+{% endfor %}
+r = (
+{% for call in more.residuals %}
+    {{ "+ " if not loop.first }}residual{{ call.integral }}{{ call.test }}.assemble(basis{{ call.integral }}{{ call.test }}, **given{{ call.integral }})
+{% endfor %}
+)
+A = (
+{% for call in more.derivatives %}
+    {{ "+ " if not loop.first }}derivative{{ call.integral }}{{ call.trial }}{{ call.test }}.assemble(basis{{ call.integral }}{{ call.trial }}, basis{{ call.integral }}{{ call.test }}, **given{{ call.integral }})
+{% endfor %}
+)
+d = np.where(held, total - goal, 0.0)
+{% if means %}
+border = scipy.sparse.csc_matrix(rows[:, free])
+both = scipy.sparse.bmat([[A.tocsc()[free][:, free], border.T], [border, None]], format="csc")
+d[free] = splu(both).solve(np.concatenate([(r - A @ d)[free], rows @ total - wanted]))[: free.sum()]
+{% else %}
+d[free] = splu(A.tocsc()[free][:, free]).solve((r - A @ d)[free])
+{% endif %}
+total -= d
+{% endcall %}
+{% endset %}
+{% if not time %}
+{{ solve }}
+{%- else %}
+
+# Initial values.
+{% for initial in time.initial %}
+part = {{ part(initial.unknown, initial.component) }}
+total[part] = (lambda {{ point }}: {{ initial.at_points }})(*basis.doflocs[:, part])
+{% endfor %}
+
+# Steps in time: {{ time.t }} is that at the end of a step.
+for number in range(1, {{ time.steps + 1 }}):
+    {{ time.t }} = number*{{ time.dt }}
+    before[:] = total
+{{ solve|within }}
+{%- endif %}
+
+# The values at the nodes of VTK's cells.
+nodes = np.array([{% for node in output.nodes %}[{{ node[1:]|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}]).T
+at = np.moveaxis(mesh.mapping().F(nodes), 0, 2)
+at = np.pad(at, ((0, 0), (0, 0), (0, {{ 3 - dim }})))
+found = skfem.Basis(mesh, element, quadrature=(nodes, np.ones(nodes.shape[1]))).interpolate(total)
+
+
+{% include "write_vtu.py" %}
+write_vtu(writes, at, {{ "{" }}
+{%- for u in unknowns %}
+{% set found = "np.asarray(found" ~ ("[" ~ loop.index0 ~ "]" if unknowns|length > 1 else "") ~ ")" %}
+"{{ u.title }}": {{ found if u.size is none else "np.moveaxis(" ~ found ~ ", 0, 2)" }}
+{{- ", " if not loop.last }}
+{%- endfor %}})
