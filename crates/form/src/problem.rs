@@ -369,6 +369,13 @@ impl Problem {
         blocks.collect()
     }
 
+    /// The position among [`Self::blocks`] of the function that a component belongs to.
+    pub fn block(&self, unknown: usize, component: usize) -> usize {
+        let is_it =
+            |(k, c): &(usize, Option<usize>)| *k == unknown && c.is_none_or(|c| c == component);
+        self.blocks().iter().position(is_it).unwrap_or(0)
+    }
+
     /// The Dirichlet values in their order, those of a function of vectors together.
     pub fn held(&self) -> Vec<Held> {
         let mut all: Vec<Held> = Vec::new();

@@ -57,7 +57,7 @@ pub struct Named {
 }
 
 /// A formula in coordinates and parameters.
-#[derive(Serialize)]
+#[derive(Serialize, Clone)]
 struct Formula {
     text: String,
     /// As a function of NumPy's arrays.
@@ -123,10 +123,11 @@ struct Function {
     names: Names,
     element: String,
     is_vector: bool,
+    /// Its space's name in form files.
+    family: String,
     degree: usize,
-    /// The numbers of its unknown and of the component.
     unknown: usize,
-    component: Option<usize>,
+    held: Vec<Held>,
 }
 
 #[derive(Serialize)]
@@ -180,7 +181,7 @@ pub struct Term {
     text: String,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Clone)]
 struct Held {
     name: String,
     /// Where it is among the components of all unknowns.
@@ -223,6 +224,9 @@ struct Initial {
     position: usize,
     unknown: usize,
     component: usize,
+    /// The position of its function.
+    function: usize,
+    family: String,
     degree: usize,
     #[serde(flatten)]
     formula: Formula,
@@ -274,13 +278,13 @@ impl Fields {
     /// What the code lacks.
     pub fn new(speaker: &mut Speaker<'_>, file: &str) -> Result<Self, String> {
         let rules = speaker.rules()?;
-        let functions = speaker.functions()?;
+        let held = speaker.held()?;
+        let functions = speaker.functions(&held)?;
         let unknowns = speaker.unknowns()?;
         let head = head(&mut speaker.problem, "");
         let data = speaker.data()?;
         let more = (speaker.table.more)(speaker)?;
         let sums = speaker.sums();
-        let held = speaker.held()?;
         let of = &speaker.problem;
         let parameters = of.parameters.iter().zip(&speaker.words.parameters);
         let parameters = parameters.map(|(parameter, name)| Named {
@@ -446,17 +450,20 @@ impl Speaker<'_> {
         all.collect()
     }
 
-    fn functions(&self) -> Result<Vec<Function>, String> {
+    fn functions(&self, held: &[Held]) -> Result<Vec<Function>, String> {
         let all = self.problem.blocks().into_iter();
         let all = all.map(|(unknown, component)| {
             let space = self.problem.unknowns[unknown].space;
+            let is_mine = |held: &&Held| (held.unknown, held.component) == (unknown, component);
+            let held = held.iter();
             Ok(Function {
                 names: self.names(unknown, component),
                 element: self.element(space)?,
                 is_vector: component.is_none(),
+                family: space.element.name(),
                 degree: space.element.degree(),
                 unknown,
-                component,
+                held: held.filter(is_mine).cloned().collect(),
             })
         });
         all.collect()
@@ -564,16 +571,19 @@ impl Speaker<'_> {
 
     fn time(&self) -> Option<Time> {
         let time = self.problem.time.as_ref()?;
-        let initial = time.initial.iter().map(|initial| Initial {
-            name: self.names(initial.unknown, Some(initial.component)).name,
-            position: self.problem.position(initial.unknown, initial.component),
-            unknown: initial.unknown,
-            component: initial.component,
-            degree: self.problem.unknowns[initial.unknown]
-                .space
-                .element
-                .degree(),
-            formula: self.formula_of(initial.value),
+        let initial = time.initial.iter().map(|initial| {
+            let (unknown, component) = (initial.unknown, initial.component);
+            let element = self.problem.unknowns[unknown].space.element;
+            Initial {
+                name: self.names(unknown, Some(component)).name,
+                position: self.problem.position(unknown, component),
+                unknown,
+                component,
+                function: self.problem.block(unknown, component),
+                family: element.name(),
+                degree: element.degree(),
+                formula: self.formula_of(initial.value),
+            }
         });
         let [t, dt] = [0, 1].map(|k| self.words.parameters[time.parameter + k].clone());
         Some(Time {

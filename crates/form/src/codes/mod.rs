@@ -56,7 +56,7 @@ pub const CODES: [Code; 6] = [
 ];
 
 /// The templates, and what they have in common.
-const FRAMES: [(&str, &str); 9] = [
+const FRAMES: [(&str, &str); 10] = [
     ("head.py", include_str!("frames/head.py")),
     ("lists.py", include_str!("frames/lists.py")),
     ("newton.py", include_str!("frames/newton.py")),
@@ -64,6 +64,7 @@ const FRAMES: [(&str, &str); 9] = [
     ("write_vtu.py", include_str!("frames/write_vtu.py")),
     ("dolfinx.py", include_str!("frames/dolfinx.py")),
     ("getfem.py", include_str!("frames/getfem.py")),
+    ("ngsolve.py", include_str!("frames/ngsolve.py")),
     ("nutils.py", include_str!("frames/nutils.py")),
     ("scikit_fem.py", include_str!("frames/scikit_fem.py")),
 ];

@@ -1,0 +1,262 @@
+{% from "lists.py" import rows %}
+{% from "newton.py" import newton %}
+{% macro nodes_of(degrees) -%}
+[{% for nodes in degrees %}[{% for node in nodes %}({{ node|join(", ") }},){{ ", " if not loop.last }}{% endfor %}]{{ ", " if not loop.last }}{% endfor %}]
+{%- endmacro %}
+{# A function that is a part of one in V. #}
+{% macro part(total, k) -%}
+{{ total }}{{ ".components[" ~ k ~ "]" if functions|length + means|length > 1 }}
+{%- endmacro %}
+{% macro over(integral) %}
+{% set names = "g" ~ integral.named|join("|g") if integral.named else "" %}
+{% if integral.kind == "dx" -%}
+dx({% if names %}"{{ names }}", {% endif %}intrules=rule)
+{%- elif integral.kind == "ds" -%}
+ds({% if names %}"{{ names }}", {% endif %}skeleton=True, intrules=facet_rule)
+{%- else -%}
+dx(skeleton=True, {% if names %}definedonelements=between("{{ names|replace("|", '", "') }}"), {% endif %}intrules=facet_rule)
+{%- endif %}
+{% endmacro %}
+{% macro add(form, integral, terms) %}
+{% if terms %}
+{{ form }} += (
+{% for term in terms %}
+    {{ term.signed }}
+{% endfor %}
+).Compile()*{{ over(integral) }}
+{% endif %}
+{% endmacro %}
+{% set point = axes|join(", ") %}
+{% set cell = "TRIG" if dim == 2 else "TET" %}
+{% set by_hand = integrals|selectattr("by_hand")|list %}
+{% set interior = integrals|selectattr("kind", "eq", "dS")|list %}
+{% set jumps = ", dgjumps=True" if interior else "" %}
+{% include "head.py" %}
+import netgen.meshing as netgen
+import ngsolve
+from ngsolve import (
+    BND, CF, SEGM, TET, TRIG, VOL, IfPos, acos, asin, atan, atan2, cos, cosh, curl, div, ds, dx, exp, grad, log, sin, sinh, specialcf, sqrt, tan, x, y, z
+)
+
+{% include "read.py" %}
+{% if time %}
+{{ time.t }} = ngsolve.Parameter({{ time.t }})  # changes from step to step
+{% endif %}
+grid = netgen.Mesh(dim={{ dim }})
+number = [grid.Add(netgen.MeshPoint(netgen.Pnt(*point, *[0.0]*{{ 3 - dim }}))) for point in points]
+groups = [{{ groups|selectattr("less", "eq", 1)|map(attribute="tag")|join(", ") }}]  # of the boundary
+{% if dim == 2 %}
+inside = {int(r): netgen.FaceDescriptor(surfnr=i + 1, domin=i + 1, bc=i + 1) for i, r in enumerate(np.unique(regions))}
+where = {r: grid.Add(descriptor) for r, descriptor in inside.items()}
+for vertices, r in zip(cells, regions.tolist()):
+    grid.Add(netgen.Element2D(where[r], [number[i] for i in vertices]))
+for i, r in enumerate(inside):
+    grid.SetMaterial(i + 1, f"g{r}")
+for vertices, label in zip(facets, labels.tolist()):
+    grid.Add(netgen.Element1D([number[i] for i in vertices], index=groups.index(label) + 1))
+for i, label in enumerate(groups):
+    grid.SetBCName(i, f"g{label}")
+{% else %}
+for i, label in enumerate(groups):
+    grid.Add(netgen.FaceDescriptor(surfnr=i + 1, domin=1, bc=i + 1))
+    grid.SetBCName(i, f"g{label}")
+for vertices, label in zip(facets, labels.tolist()):
+    grid.Add(netgen.Element2D(groups.index(label) + 1, [number[i] for i in vertices]))
+inside = np.unique(regions).tolist()
+for vertices, r in zip(cells, regions.tolist()):
+    grid.Add(netgen.Element3D(inside.index(r) + 1, [number[i] for i in vertices]))
+for i, r in enumerate(inside):
+    grid.SetMaterial(i + 1, f"g{r}")
+{% endif %}
+mesh = ngsolve.Mesh(grid)
+
+# The quadrature points are given explicitly, so that all codes use the same.
+{% for rule in rules %}
+{{ ["rule", "facet_rule"][loop.index0] }} = {{ "{" }}{{ cell if loop.first else "SEGM" if dim == 2 else "TRIG" }}: ngsolve.IntegrationRule({{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }})}
+{% endfor %}
+n = specialcf.normal({{ dim }})
+{% if has_diameter %}
+h = ngsolve.GridFunction(ngsolve.L2(mesh, order=0))  # the longest edge of each cell
+h.vec.FV().NumPy()[:] = np.max(
+    [np.linalg.norm(points[cells[:, i]] - points[cells[:, j]], axis=1) for i in range({{ dim + 1 }}) for j in range(i)], axis=0
+)
+{% endif %}
+
+
+def hold(function, where, degree, *values):
+    """Set nodal values on cells, or on facets of groups; of two values at one node, the later counts.
+
+    NGSolve's basis is hierarchical, so a small system is solved for the dofs of each element.
+    """
+    nodes = {BND: {{ nodes_of(more.nodes[0]) }}, VOL: {{ nodes_of(more.nodes[1]) }}}[where][degree]
+    known, solved = {}, {}
+    for group, g in values:
+        for e in function.space.Elements(where):
+            if group is None or e.mat == group:
+                place, element = mesh.GetTrafo(e), function.space.GetFE(e)
+                keys = [tuple(np.round(CF((x, y, z))(place(*t)), 9)) for t in nodes]
+                known.update(zip(keys, [g(place(*t)) for t in nodes]))
+                solved[e.nr] = e.dofs, [np.ravel(element.CalcShape(*t)) for t in nodes], keys
+    for dofs, shapes, keys in solved.values():
+        for dof, value in zip(dofs, np.linalg.solve(shapes, [known[key] for key in keys])):
+            function.vec[dof] = value
+
+
+{% if interior|selectattr("tags")|list %}
+def between(*groups):
+    """The facets of groups, as a set."""
+    found = ngsolve.BitArray(mesh.nfacet)
+    found.Clear()
+    for e in mesh.Elements(BND):
+        if e.mat in groups:
+            found.Set(e.{{ "edges" if dim == 2 else "faces" }}[0].nr)
+    return found
+
+
+{% endif %}
+{% for datum in data %}
+{% for part in datum.parts %}
+{% if datum.element %}
+{{ part.name }} = ngsolve.GridFunction({{ datum.element }}))
+hold({{ part.name }}, VOL, {{ datum.degree }}, (None, CF({{ part.text }})))
+{% else %}
+{{ part.name }} = CF({{ part.text }})
+{% endif %}
+{% endfor %}
+{% endfor %}
+
+V = {% for function in functions %}{{ function.element }}
+{%- if function.held %}, dirichlet="g{{ function.held|map(attribute="tag")|join("|g") }}"{% endif %}{{ jumps }}){{ " * " if not loop.last }}{% endfor %}{{ " * ngsolve.NumberSpace(mesh)" * means|length }}
+{{ functions|map(attribute="name")|join(", ") }}{% for mean in means %}, multiplier{{ loop.index0 }}{% endfor %} = V.TrialFunction()
+{{ functions|map(attribute="test")|join(", ") }}{% for mean in means %}, mean{{ loop.index0 }}{% endfor %} = V.TestFunction()
+{% if time %}
+before = ngsolve.GridFunction(V)
+{% for function in functions %}
+{{ function.old }} = {{ part("before", loop.index0) }}
+{% endfor %}
+{% endif %}
+a = ngsolve.BilinearForm(V)
+{% if by_hand %}
+b = ngsolve.BilinearForm(V)
+{% endif %}
+{% for each in shared %}
+{{ each.name }} = {{ each.value }}
+{% endfor %}
+{% for integral in integrals %}
+{{ add("b" if integral.by_hand else "a", integral, integral.terms) }}
+{%- endfor %}
+{% for mean in means %}
+{% set k = loop.index0 %}
+a += (multiplier{{ k }}*{{ mean.test }} + ({{ mean.name }} - ({{ mean.value }}))*mean{{ k }})*dx(intrules=rule)  # the mean is held by a multiplier
+{% endfor %}
+total, goal = ngsolve.GridFunction(V), ngsolve.GridFunction(V)
+{% if by_hand %}
+
+# NGSolve linearises integrals over interior facets correctly only if they are bilinear; J is the derivative of b.
+J = ngsolve.BilinearForm(V)
+{% for each in shared_by_derivative %}
+{{ each.name }} = {{ each.value }}
+{% endfor %}
+{% for integral in by_hand %}
+{{ add("J", integral, integral.derivative) }}
+{%- endfor %}
+{% endif %}
+{% if holds_wholes %}
+
+
+normal = lambda e: [{{ trace("normal", "e[%]"|each(dim, 0), "n[%]"|each(dim, 0))|join(", ") }}]
+tangential = lambda e: [{{ trace("tangential", "e[%]"|each(dim, 0), "n[%]"|each(dim, 0))|join(", ") }}]
+
+
+def hold_whole(function, group, trace, g):
+    """Hold the normal or tangential moments of a vector on facets, by projection."""
+    own = function.space
+    q, v = own.TnT()
+    measure = ds(group, skeleton=True, intrules=facet_rule)
+    product = lambda a, b: sum(i*j for i, j in zip(trace(a), trace(b)))*measure
+    M, right = ngsolve.BilinearForm(product(q, v)).Assemble(), ngsolve.LinearForm(product(g, v)).Assemble()
+    diagonal = np.array([M.mat[i, i] for i in range(own.ndof)])
+    found = ngsolve.BitArray(diagonal > 1e-10*diagonal.max())
+    solved = right.vec.CreateVector()
+    solved.data = M.mat.Inverse(found, inverse="umfpack") * right.vec
+    for i in np.flatnonzero(diagonal > 1e-10*diagonal.max()):
+        function.vec[i] = solved[i]
+
+
+{% endif %}
+r, d = total.vec.CreateVector(), total.vec.CreateVector()
+free = np.array([V.FreeDofs()[i] for i in range(V.ndof)])
+{% set solve %}
+# Dirichlet values; where two groups share a dof, the later one counts.
+{% for function in functions %}
+{% set goal = part("goal", loop.index0) %}
+{% if function.is_vector %}
+{% for one in function.held %}
+{# A product with 0 alone is none. #}
+hold_whole({{ goal }}, "g{{ one.tag }}", {{ one.trace }}, CF((
+{%- for value in one.values %}{{ "ngsolve.Parameter(" ~ value.text ~ ")" if value.is_number else value.text }}{{ ", " if not loop.last }}{% endfor %})))
+{% endfor %}
+{% elif function.held %}
+hold({{ goal }}, BND, {{ 0 if function.family == "CR" else function.degree }}
+{%- for one in function.held %}, ("g{{ one.tag }}", CF({{ one.values[0].text }})){% endfor %})
+{% endif %}
+{% endfor %}
+
+{% call newton("abs(d.FV().NumPy()).max()", "abs(total.vec.FV().NumPy()).max()") %}
+a.Apply(total.vec, r)
+a.AssembleLinearization(total.vec)
+{% if by_hand %}
+b.Apply(total.vec, d)
+r.data += d
+J.Assemble()
+a.mat.AsVector().data += J.mat.AsVector()
+{% endif %}
+d.FV().NumPy()[:] = np.where(free, 0, total.vec.FV().NumPy() - goal.vec.FV().NumPy())
+r.data -= a.mat * d
+d.data += a.mat.Inverse(V.FreeDofs(), inverse="umfpack") * r
+total.vec.data -= d
+{% endcall %}
+{% endset %}
+{% if not time %}
+
+{{ solve }}
+{%- else %}
+
+# Initial values.
+{% for initial in time.initial %}
+hold({{ part("total", initial.function) }}, VOL, {{ 4 if initial.family == "CR" else initial.degree }}, (None, CF({{ initial.text }})))
+{% endfor %}
+
+# Steps in time: {{ time.t }} is that at the end of a step.
+for number in range(1, {{ time.steps + 1 }}):
+    {{ time.t }}.Set(number*{{ time.dt }})
+    before.vec.data = total.vec
+{% for each in interpolated %}
+    hold({{ each.name }}, VOL, {{ each.degree }}, (None, CF({{ each.text }})))
+{% endfor %}
+{{ solve|within }}
+{%- endif %}
+
+# The values at the nodes of VTK's cells.
+{# Reference coordinates belong to the first vertices; the last one is the origin. #}
+nodes = ngsolve.IntegrationRule([{% for node in output.nodes %}[{{ node[:dim]|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}], [1.0]*{{ output.nodes|length }})
+mapped = mesh.MapToAllElements({{ "{" }}{{ cell }}: nodes}, VOL)
+
+
+def values(function):
+    return CF(function)(mapped).reshape(len(cells), {{ output.nodes|length }}, -1)
+
+
+at = values((x, y, z))
+
+
+{% include "write_vtu.py" %}
+write_vtu(writes, at, {{ "{" }}
+{%- for u in unknowns -%}
+{% set k = loop.index0 %}
+{% set all %}
+{% for function in functions %}{% if function.unknown == k %}{{ part("total", loop.index0) }}, {% endif %}{% endfor %}
+{% endset %}
+"{{ u.title }}": values({{ "(" ~ all[:-2] ~ ")" if u.size is not none and not u.is_vector and u.parts|length > 1 else all[:-2] }})
+{{- ", " if not loop.last }}
+{%- endfor %}})
