@@ -98,6 +98,8 @@ struct Interpolated {
 struct Unknown {
     /// Its name in the form.
     title: String,
+    /// The position of its first component among all.
+    position: usize,
     #[serde(flatten)]
     names: Names,
     element: String,
@@ -151,6 +153,7 @@ struct Rule {
 struct Integral {
     /// The measure as the form writes it.
     title: String,
+    position: usize,
     #[serde(flatten)]
     over: Over,
     terms: Vec<Term>,
@@ -439,6 +442,7 @@ impl Speaker<'_> {
             let parts = 0..unknown.space.count();
             Ok(Unknown {
                 title: unknown.name.clone(),
+                position: self.problem.position(k, 0),
                 names: self.names(k, None),
                 element: self.element(unknown.space)?,
                 is_continuous: unknown.space.element.is_continuous(),
@@ -501,10 +505,12 @@ impl Speaker<'_> {
         }
         let (shared, known) = self.share(&roots);
         sums.shared = shared;
-        let each = residual.iter().zip(by_hand).map(|(integral, by_hand)| {
+        let each = residual.iter().zip(by_hand).enumerate();
+        let each = each.map(|(position, (integral, by_hand))| {
             let products = integral.terms.iter().map(|(test, c)| (*c, vec![*test]));
             Integral {
                 title: comment(&measure(&self.problem, &integral.measure)),
+                position,
                 over: Over::new(&self.problem, &integral.measure),
                 terms: self.sum(products, &known),
                 derivative: Vec::new(),

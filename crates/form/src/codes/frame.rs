@@ -257,11 +257,12 @@ fn frames() -> Result<Environment<'static>, Error> {
     Ok(all)
 }
 
-/// Lines in a block of a script, further to the right.
-fn within(text: &str) -> String {
+/// Lines in a block of a script, further to the right: by four blanks, or so many.
+fn within(text: &str, by: Option<usize>) -> String {
+    let by = " ".repeat(by.unwrap_or(4));
     let lines = text.lines().map(|line| match line.is_empty() {
         true => "\n".to_owned(),
-        false => format!("    {line}\n"),
+        false => format!("{by}{line}\n"),
     });
     lines.collect()
 }

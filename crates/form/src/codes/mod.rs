@@ -56,13 +56,14 @@ pub const CODES: [Code; 6] = [
 ];
 
 /// The templates, and what they have in common.
-const FRAMES: [(&str, &str); 10] = [
+const FRAMES: [(&str, &str); 11] = [
     ("head.py", include_str!("frames/head.py")),
     ("lists.py", include_str!("frames/lists.py")),
     ("newton.py", include_str!("frames/newton.py")),
     ("read.py", include_str!("frames/read.py")),
     ("write_vtu.py", include_str!("frames/write_vtu.py")),
     ("dolfinx.py", include_str!("frames/dolfinx.py")),
+    ("freefem.edp", include_str!("frames/freefem.edp")),
     ("getfem.py", include_str!("frames/getfem.py")),
     ("ngsolve.py", include_str!("frames/ngsolve.py")),
     ("nutils.py", include_str!("frames/nutils.py")),
