@@ -204,11 +204,17 @@ impl Search<'_> {
         settled.collect()
     }
 
-    /// Does each change matter?
+    /// Does each change matter, and are there more equations to explain than numbers to choose?
     fn is_used(&self, trial: &Trial) -> bool {
         let each = trial.of.iter().zip(&trial.deltas);
         let mut sizes = each.map(|(k, delta)| delta.abs() * largest(&self.columns[*k].vector));
-        sizes.all(|size| size > 10.0 * self.rounding)
+        let numbers = trial
+            .of
+            .iter()
+            .filter(|k| !self.change(**k).is_whole())
+            .count();
+        let failing = self.b.iter().filter(|b| b.abs() > self.rounding).count();
+        failing > numbers && sizes.all(|size| size > 10.0 * self.rounding)
     }
 
     /// Does the changed form still say something in each row? Where all that a row is made of is taken away, it holds whatever the result is.
