@@ -4,53 +4,32 @@ use faceoff_fem::scene::expression::Function;
 use faceoff_fem::scene::expression::syntax::Term;
 use minijinja::{Value, context};
 
-use super::frame::{self, Points, Sharing, Speaker, Table};
-use super::python;
+use super::python::{RESERVED as PYTHON, USUAL};
+use super::speaker::Speaker;
+use super::table::{Code, Sharing};
 use super::ufl::{UFL, ufl};
-use super::{Code, Script};
 use crate::problem::{Domain, Element, Problem, Space};
 use crate::scalar::{Field, Id, Node};
 
-/// dolfinx in the system's Python, where packages of Linux distributions put it.
+/// dolfinx in the system's Python, where packages of Linux distributions put it. The form is the user's text.
 pub const CODE: Code = Code {
     name: "dolfinx",
     suffix: "_dolfinx.py",
     command: &["/usr/bin/python3"],
-    mesh: ("msh2", "msh"),
-    script: Script::Of(&TABLE),
-};
-
-static TABLE: Table = Table {
-    frame: "dolfinx.py",
-    reserved: &[python::RESERVED, RESERVED],
-    first: 0,
-    mark: '_',
+    frame: include_str!("frames/dolfinx.py"),
+    reserved: &[PYTHON, RESERVED],
     pi: "pi",
     coordinates: ["x[0]", "x[1]", "x[2]"],
-    normals: ["n[0]", "n[1]", "n[2]"],
-    diameter: ["h", "h"],
-    clock: str::to_owned,
-    // The form is the user's text.
-    other: |name, _| name,
-    leaf: |_, _| String::new(),
-    form: UFL,
     formulas: UFL,
-    brackets: false,
-    signs: false,
     element,
-    rules: frame::by_points,
-    derivative: frame::by_code,
     sharing: Sharing::Own,
-    points: Points {
-        coordinates: ["x[0]", "x[1]", "x[2]"],
-        value: ".value",
-    },
-    lacks: frame::nothing,
+    points: (["x[0]", "x[1]", "x[2]"], ".value"),
     more,
+    ..USUAL
 };
 
 /// Names that the frame imports or makes.
-pub const RESERVED: &str = "CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md fixed hold element space spaces bcs solver \
+const RESERVED: &str = "CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md fixed hold element space spaces bcs solver \
     grad div curl dot inner outer cross sym skew dev tr det inv cofac transpose Identity jump avg conditional lt le gt ge max_value min_value \
     sin cos tan asin acos atan atan2 sinh cosh tanh exp ln sqrt sign as_tensor split graph old facet_tags cell_tags function at nodes cell rank w goal held before number rows scipy splu start volume wanted hold_whole normal tangential";
 
@@ -71,7 +50,7 @@ fn element(_: &Problem, space: Space) -> Result<String, String> {
 }
 
 /// The form and the data in UFL, and which of its words they use.
-fn more(of: &mut Speaker<'_>) -> Result<Value, String> {
+fn more(of: &mut Speaker<'_>) -> Value {
     let Speaker { problem, words, .. } = &*of;
     let held = problem.held();
     let is_whole = held.iter().any(|held| held.component.is_none());
@@ -106,12 +85,12 @@ fn more(of: &mut Speaker<'_>) -> Result<Value, String> {
         parts.collect()
     });
     let lines = form.lines().map(str::trim).filter(|line| !line.is_empty());
-    Ok(context! {
+    context! {
         form => in_ufl(&lines.collect::<Vec<_>>().join("\n")),
         data => data.collect::<Vec<Vec<String>>>(),
         facets => facets,
         has_cofactors => uses("cofac"),
         has_angle => uses("atan2") || is_whole && nodes.iter().any(is_angle),
         has_normal => is_whole || form.contains('n'),
-    })
+    }
 }

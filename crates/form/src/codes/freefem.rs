@@ -2,11 +2,12 @@
 
 use minijinja::{Value, context};
 
-use super::frame::{POINTS, Sharing, Speaker, Table};
+use super::python::{LEAVES, USUAL};
+use super::speaker::Speaker;
 use super::spelling::Style;
-use super::{Code, Script};
+use super::table::{Code, Leaves};
 use crate::problem::{Domain, Element, Initial, Problem, Space};
-use crate::scalar::{Field, Leaf, Side};
+use crate::scalar::Side;
 
 /// FreeFEM 4, by the program without graphics.
 pub const CODE: Code = Code {
@@ -14,35 +15,38 @@ pub const CODE: Code = Code {
     suffix: ".edp",
     command: &["FreeFem++-nw", "-v", "0"],
     mesh: ("medit", "mesh"),
-    script: Script::Of(&TABLE),
-};
-
-static TABLE: Table = Table {
-    frame: "freefem.edp",
+    frame: include_str!("frames/freefem.edp"),
     reserved: &[RESERVED],
     first: 1,
     mark: 'X',
     pi: "pi",
-    coordinates: ["x", "y", "z"],
     normals: ["N.x", "N.y", "N.z"],
     diameter: ["hTriangle", "hK"],
-    clock: str::to_owned,
-    other,
-    leaf,
+    // The jump is the value of the other cell less that of this one.
+    on_side: |value, side| match side {
+        Side::Minus => format!("({value} + jump({value}))"),
+        _ => value,
+    },
+    leaves: Leaves {
+        name: |of, leaf| of.words.part(leaf).to_owned(),
+        first: "d@(%)",
+        second: "d@(%)",
+        index: |_| String::new(),
+        sided_data: false,
+        ..LEAVES
+    },
     form: STYLE,
     formulas: Style {
         choice: |sign, [a, b, c, d]| format!("(({a} {sign} {b}) ? ({c}) : ({d}))"),
         ..STYLE
     },
     brackets: true,
-    signs: true,
     element,
     rules,
-    derivative: |_, _| true,
-    sharing: Sharing::Together,
-    points: POINTS,
+    by_hand: |_, _| true,
     lacks,
     more,
+    ..USUAL
 };
 
 const STYLE: Style = Style {
@@ -61,7 +65,7 @@ const STYLE: Style = Style {
 };
 
 /// Words of FreeFEM, and those of the frame.
-pub const RESERVED: &str = "x y z N P label region nuTriangle nuEdge hTriangle lenEdge area volume pi i Th Vh Out F J Th0 X Y Z A r d it e k \
+const RESERVED: &str = "x y z N P label region nuTriangle nuEdge hTriangle lenEdge area volume pi i Th Vh Out F J Th0 X Y Z A r d it e k \
     mesh mesh3 real int func macro varf string result order file values fixed held dx dy dz dxx dyy jump mean average on int1d int2d int3d \
     P0 P1 P2 P3 P1nc P1dc P2dc P1b sin C D from to own drawnBack cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
     trunc matrix complex bool if else for while break continue return try catch true false verbosity ARGV CG LU UMFPACK sparsesolver \
@@ -96,7 +100,7 @@ fn element(problem: &Problem, space: Space) -> Result<String, String> {
 }
 
 /// The rules that FreeFEM has built in.
-fn rules(problem: &Problem) -> Result<[String; 2], String> {
+fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
     let name = |name| match name {
         "radon-7" => "qft=qf5pT",
         "edges-3" => "qft=qf2pT",
@@ -106,7 +110,7 @@ fn rules(problem: &Problem) -> Result<[String; 2], String> {
         "walkington-14" => "qfV=qfV5",
         _ => "qfV=qfV2",
     };
-    Ok(problem.rules().map(|rule| name(rule.name).into()))
+    Ok(problem.rules().map(|rule| name(rule.name)))
 }
 
 fn lacks(problem: &Problem) -> Result<(), String> {
@@ -130,32 +134,12 @@ fn lacks(problem: &Problem) -> Result<(), String> {
     }
 }
 
-/// The jump is the value of the other cell less that of this one.
-fn other(text: String, side: Side) -> String {
-    match side {
-        Side::Minus => format!("({text} + jump({text}))"),
-        _ => text,
-    }
-}
-
-fn leaf(of: &Speaker<'_>, leaf: Leaf) -> String {
-    let axis = |k: usize| ["x", "y", "z"][k];
-    let name = of.words.part(leaf);
-    let text = match (leaf.axis, leaf.second, leaf.field) {
-        (None, _, Field::Datum(_)) => return name.to_owned(),
-        (None, ..) => name.to_owned(),
-        (Some(k), None, _) => format!("d{}({name})", axis(k)),
-        (Some(k), Some(l), _) => format!("d{}{}({name})", axis(k), axis(l)),
-    };
-    other(text, leaf.side)
-}
-
 /// Names for what selects the facets of groups between cells.
-fn more(of: &mut Speaker<'_>) -> Result<Value, String> {
+fn more(of: &mut Speaker<'_>) -> Value {
     let residual = of.problem.residual();
     let marks = residual.iter().map(|i| {
         let is_marked = i.measure.domain == Domain::Interior && !i.measure.groups.is_empty();
         is_marked.then(|| of.words.fresh("marked"))
     });
-    Ok(context! { marks => marks.collect::<Vec<_>>() })
+    context! { marks => marks.collect::<Value>() }
 }

@@ -1,9 +1,8 @@
 //! GetFEM: the form in its weak form language, in scalars, with GetFEM's own derivative.
 
-use super::frame::{self, POINTS, Sharing, Speaker, Table};
-use super::python;
+use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
 use super::spelling::Style;
-use super::{Code, Script};
+use super::table::{Code, Leaves};
 use crate::problem::{Element, Problem, Space};
 use crate::scalar::{Field, Leaf, Side};
 
@@ -12,33 +11,38 @@ pub const CODE: Code = Code {
     name: "getfem",
     suffix: "_getfem.py",
     command: &["/usr/bin/python3"],
-    mesh: ("msh2", "msh"),
-    script: Script::Of(&TABLE),
-};
-
-static TABLE: Table = Table {
-    frame: "getfem.py",
-    reserved: &[python::RESERVED, RESERVED],
-    first: 0,
-    mark: '_',
+    frame: include_str!("frames/getfem.py"),
+    reserved: &[PYTHON, RESERVED],
     pi: "pi",
     coordinates: ["X(1)", "X(2)", "X(3)"],
     normals: ["Normal(1)", "Normal(2)", "Normal(3)"],
-    diameter: ["h", "h"],
-    clock: str::to_owned,
-    other,
-    leaf,
+    on_side: |value, side| match side {
+        Side::Minus => format!("Interpolate({value}, neighbor_element)"),
+        _ => value,
+    },
+    leaves: Leaves {
+        name: |of, leaf| match leaf.field {
+            Field::Test(k) => {
+                let field = Field::Unknown(k);
+                format!("Test_{}", of.function(Leaf { field, ..leaf }))
+            }
+            _ => of.function(leaf),
+        },
+        first: "Grad_%",
+        second: "Hess_%",
+        index: |places| {
+            let places: Vec<String> = places.iter().map(|k| (k + 1).to_string()).collect();
+            format!("({})", places.join(","))
+        },
+        ..LEAVES
+    },
     form: STYLE,
     formulas: STYLE,
     brackets: true,
     signs: false,
     element,
     rules,
-    derivative: frame::by_code,
-    sharing: Sharing::Together,
-    points: POINTS,
-    lacks: frame::nothing,
-    more: frame::no_more,
+    ..USUAL
 };
 
 /// The weak form language has no choice; `Heaviside` is 1 from 0 on.
@@ -57,7 +61,7 @@ const STYLE: Style = Style {
 };
 
 /// Names that the frame makes, and words of the weak form language.
-pub const RESERVED: &str = "gf model mesh sides side on space spaces value hold held free nodes at order output faces exact facet where fixed cell \
+const RESERVED: &str = "gf model mesh sides side on space spaces value hold held free nodes at order output faces exact facet where fixed cell \
     X Normal Id Trace Sym Skew Det Inv Cofactor Norm Heaviside sign pos_part neg_part sqr element_size timestep qdim meshdim sin cos tan asin \
     name of_it region F getfem corners dofs face longest total \
     acos atan atan2 sinh cosh tanh exp log sqrt erf Interpolate Print Derivative Def t T u_ goal first number size hold_whole";
@@ -77,7 +81,7 @@ fn element(problem: &Problem, space: Space) -> Result<String, String> {
 }
 
 /// GetFEM takes no points, only names; a rule on facets is part of one on cells.
-fn rules(problem: &Problem) -> Result<[String; 2], String> {
+fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
     let [cells, facets] = problem.rules().map(|rule| rule.name);
     let of_cells = match cells {
         "radon-7" => "IM_TRIANGLE(5)",
@@ -96,39 +100,5 @@ fn rules(problem: &Problem) -> Result<[String; 2], String> {
         ("radon-7", _) => "IM_TETRAHEDRON(5)",
         _ => "IM_NC(3,2)",
     };
-    Ok([of_cells, of_facets].map(str::to_owned))
-}
-
-fn other(name: String, side: Side) -> String {
-    match side {
-        Side::Minus => format!("Interpolate({name}, neighbor_element)"),
-        _ => name,
-    }
-}
-
-fn leaf(of: &Speaker<'_>, leaf: Leaf) -> String {
-    let (test, field) = match leaf.field {
-        Field::Test(k) => ("Test_", Field::Unknown(k)),
-        field => ("", field),
-    };
-    let (name, is_vector) = of.function(Leaf { field, ..leaf });
-    if matches!(field, Field::Datum(k) if of.problem.data[k].space.is_none()) {
-        return name.to_owned();
-    }
-    let sided = |what: &str| other(format!("{what}{test}{name}"), leaf.side);
-    let components = [is_vector.then_some(leaf.component), leaf.axis, leaf.second];
-    let places: Vec<String> = components
-        .iter()
-        .flatten()
-        .map(|k| (k + 1).to_string())
-        .collect();
-    let value = match (leaf.axis, leaf.second) {
-        (None, _) => sided(""),
-        (Some(_), None) => sided("Grad_"),
-        (Some(_), Some(_)) => sided("Hess_"),
-    };
-    match places.is_empty() {
-        true => value,
-        false => format!("{value}({})", places.join(",")),
-    }
+    Ok([of_cells, of_facets])
 }

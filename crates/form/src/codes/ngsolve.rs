@@ -3,10 +3,10 @@
 use faceoff_fem::scene::expression::Function;
 use minijinja::context;
 
-use super::frame::{self, POINTS, Sharing, Speaker, Table};
-use super::python;
+use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
+use super::speaker::Speaker;
 use super::spelling::{Exponent, Style};
-use super::{Code, Script};
+use super::table::{Code, Leaves, Sharing};
 use crate::problem::{Domain, Element, Problem, Space};
 use crate::scalar::{Field, Leaf, Side};
 
@@ -14,37 +14,32 @@ use crate::scalar::{Field, Leaf, Side};
 pub const CODE: Code = Code {
     name: "ngsolve",
     suffix: "_ngsolve.py",
-    command: &["python3"],
-    mesh: ("msh2", "msh"),
-    script: Script::Of(&TABLE),
-};
-
-static TABLE: Table = Table {
-    frame: "ngsolve.py",
-    reserved: &[python::RESERVED, RESERVED],
-    first: 0,
-    mark: '_',
-    pi: "np.pi",
-    coordinates: ["x", "y", "z"],
-    normals: ["n[0]", "n[1]", "n[2]"],
-    diameter: ["h", "h"],
-    clock: str::to_owned,
-    other,
-    leaf,
+    frame: include_str!("frames/ngsolve.py"),
+    reserved: &[PYTHON, RESERVED],
+    on_side: |value, side| match side {
+        Side::Minus => format!("{value}.Other()"),
+        _ => value,
+    },
+    leaves: Leaves {
+        name,
+        first: "grad(%)",
+        second: "%.Operator(\"hesse\")",
+        whole: Some(["div(%)", "curl(%)"]),
+        ..LEAVES
+    },
     form: STYLE,
     formulas: STYLE,
-    brackets: false,
-    signs: true,
     element,
-    rules: frame::by_points,
     // NGSolve linearises integrals over interior facets correctly only if they are bilinear.
-    derivative: |problem, integral| {
+    by_hand: |problem, integral| {
         integral.measure.domain == Domain::Interior && !problem.is_bilinear(integral)
     },
     sharing: Sharing::Apart,
-    points: POINTS,
-    lacks: frame::nothing,
-    more: |of| Ok(context! { nodes => [reference(of.problem.dim - 1), reference(of.problem.dim)] }),
+    more: |of| {
+        let dim = of.problem.dim;
+        context! { nodes => vec![reference(dim - 1), reference(dim)] }
+    },
+    ..USUAL
 };
 
 const STYLE: Style = Style {
@@ -70,7 +65,7 @@ const STYLE: Style = Style {
 };
 
 /// Names that the frame imports or makes.
-pub const RESERVED: &str = "ngsolve netgen mesh here descriptor grid groups inside label mapped point where known V W a b J u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
+const RESERVED: &str = "ngsolve netgen mesh here descriptor grid groups inside label mapped point where known V W a b J u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
     sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse curl div goal before mean0 multiplier0 hold_whole normal tangential";
 
 /// The beginning of a space, which may have more arguments.
@@ -89,58 +84,15 @@ fn element(problem: &Problem, space: Space) -> Result<String, String> {
     })
 }
 
-fn other(name: String, side: Side) -> String {
-    match side {
-        Side::Minus => format!("{name}.Other()"),
-        _ => name,
-    }
-}
-
-fn leaf(of: &Speaker<'_>, leaf: Leaf) -> String {
-    let (name, is_vector) = match leaf.field {
-        // The derivative is taken at the approximation; its trial functions are those of the residual.
-        Field::Unknown(k) if of.in_derivative => (
-            total(&of.problem, k, leaf.component),
-            of.problem.unknowns[k].space.element.is_vector(),
-        ),
+/// The derivative is taken at the approximation, `total`, in the direction of the residual's trial functions.
+fn name(of: &Speaker<'_>, leaf: Leaf) -> String {
+    match leaf.field {
+        Field::Unknown(k) if of.in_derivative => total(&of.problem, k, leaf.component),
         Field::Increment(k) => {
             let field = Field::Unknown(k);
-            let (name, is_vector) = of.function(Leaf { field, ..leaf });
-            (name.to_owned(), is_vector)
+            of.function(Leaf { field, ..leaf })
         }
-        _ => {
-            let (name, is_vector) = of.function(leaf);
-            (name.to_owned(), is_vector)
-        }
-    };
-    let element = match leaf.field {
-        Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
-            Some(of.problem.unknowns[k].space.element)
-        }
-        Field::Datum(k) if of.problem.data[k].space.is_none() => return name,
-        Field::Datum(_) => None,
-    };
-    let dim = of.problem.dim;
-    let sided = |text: String| other(text, leaf.side);
-    match (leaf.axis, leaf.second, element) {
-        (None, ..) if is_vector => format!("{}[{}]", sided(name), leaf.component),
-        (None, ..) => sided(name),
-        (Some(_), _, Some(Element::RaviartThomas)) => {
-            format!("({}/{dim})", sided(format!("div({name})")))
-        }
-        // The only slopes are half the components of the curl.
-        (Some(_), _, Some(Element::Nedelec)) if dim == 2 => {
-            format!("({}/2)", sided(format!("curl({name})")))
-        }
-        (Some(axis), _, Some(Element::Nedelec)) => {
-            let curl = sided(format!("curl({name})"));
-            format!("({curl}[{}]/2)", 3 - axis - leaf.component)
-        }
-        (Some(axis), None, _) => format!("{}[{axis}]", sided(format!("grad({name})"))),
-        (Some(axis), Some(second), _) => {
-            let hesse = sided(format!("{name}.Operator(\"hesse\")"));
-            format!("{hesse}[{axis}, {second}]")
-        }
+        _ => of.function(leaf),
     }
 }
 

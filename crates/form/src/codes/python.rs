@@ -1,11 +1,13 @@
-//! What scripts in Python have in common: their words, functions of the point in NumPy, and the nodes of the result.
+//! What scripts in Python have in common: what is usual in their tables, functions of the point in NumPy, and the nodes of the result.
 
 use faceoff_fem::scene::expression::Function;
+use minijinja::Value;
 
 use crate::problem::Element;
 use crate::scalar::{Id, Node, Scalars};
 
 use super::spelling::{Shared, Style};
+use super::table::{Code, Leaves, Sharing};
 
 /// Words of Python and of the frame.
 pub const RESERVED: &str = "False None True and as assert async await break class continue def del elif else except finally for from global \
@@ -13,30 +15,67 @@ pub const RESERVED: &str = "False None True and as assert async await break clas
     set str sum tuple zip all any bool dict divmod enumerate getattr hasattr iter next slice sorted i j vertices values here own numpy pathlib \
     __file__ np sys Path x y z n h pi reads writes points cells regions facets labels read_msh write_vtu step A r d form";
 
-/// A function in NumPy.
-pub fn numpy_call(function: Function, arguments: &[String]) -> String {
-    let name = match function {
-        Function::Asin => "arcsin",
-        Function::Acos => "arccos",
-        Function::Atan => "arctan",
-        Function::Atan2 => "arctan2",
-        Function::Min => "minimum",
-        Function::Max => "maximum",
-        other => other.names()[0],
-    };
-    format!("np.{name}({})", arguments.join(", "))
-}
-
-/// Values of both branches, of which one is taken.
-pub fn numpy_choice(sign: &str, [a, b, c, d]: &[String; 4]) -> String {
-    format!("np.where({a} {sign} {b}, {c}, {d})")
-}
-
-/// The form in NumPy's functions.
+/// NumPy's words for functions, powers and choices; of a choice it computes both values.
 pub const NUMPY: Style = Style {
-    call: numpy_call,
+    call: |function, arguments| {
+        let name = match function {
+            Function::Asin => "arcsin",
+            Function::Acos => "arccos",
+            Function::Atan => "arctan",
+            Function::Atan2 => "arctan2",
+            Function::Min => "minimum",
+            Function::Max => "maximum",
+            other => other.names()[0],
+        };
+        format!("np.{name}({})", arguments.join(", "))
+    },
     power: |base, n| n.after(base, "**"),
-    choice: numpy_choice,
+    choice: |sign, [a, b, c, d]| format!("np.where({a} {sign} {b}, {c}, {d})"),
+};
+
+/// What is usual among codes in Python.
+pub const USUAL: Code = Code {
+    name: "",
+    suffix: "",
+    command: &["python3"],
+    mesh: ("msh2", "msh"),
+    frame: "",
+    reserved: &[RESERVED],
+    first: 0,
+    mark: '_',
+    pi: "np.pi",
+    coordinates: ["x", "y", "z"],
+    normals: ["n[0]", "n[1]", "n[2]"],
+    diameter: ["h", "h"],
+    clock: str::to_owned,
+    on_side: |text, _| text,
+    leaves: LEAVES,
+    form: NUMPY,
+    formulas: NUMPY,
+    brackets: false,
+    signs: true,
+    element: |_, space| Err(format!("it has no {}", space.name())),
+    rules: |_| Ok(["", ""]),
+    by_hand: |_, _| false,
+    sharing: Sharing::Together,
+    points: (["x", "y", "z"], ""),
+    lacks: |_| Ok(()),
+    more: |_| Value::from(()),
+};
+
+/// Components are functions, and derivatives are arrays.
+pub const LEAVES: Leaves = Leaves {
+    name: |of, leaf| of.function(leaf),
+    first: "",
+    second: "",
+    whole: None,
+    index: |places| {
+        let places: Vec<String> = places.iter().map(usize::to_string).collect();
+        format!("[{}]", places.join(", "))
+    },
+    by_component: true,
+    side_first: false,
+    sided_data: true,
 };
 
 /// A function of the point as an expression of arrays, the coordinates `axes`; its value has their shape.

@@ -1,13 +1,14 @@
-//! What scripts have in common: names that no code knows already, scalars as text, and the head that says what is solved.
+//! What scripts have in common: names that no code knows already, and scalars as text.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use faceoff_fem::scene::expression::{Comparison, Function};
 
-use crate::problem::{Domain, Element, Measure, Problem, Unknown};
-use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
+use crate::problem::{Domain, Element, Measure, Problem};
+use crate::scalar::{Field, Id, Leaf, Node, Scalars};
 
 /// Names of a problem in a script. Where a code or the language of its scripts knows a word already, a mark follows.
+#[derive(Debug)]
 pub struct Words {
     taken: BTreeSet<String>,
     /// Words of the code; with digits behind them, the frame may use them as well.
@@ -22,11 +23,15 @@ pub struct Words {
 
 impl Words {
     /// `reserved` are words of the code; components of vectors count from `first`.
-    pub fn new(problem: &Problem, reserved: &str, first: usize, mark: char) -> Self {
+    pub fn new(problem: &Problem, reserved: &[&str], first: usize, mark: char) -> Self {
         let mut words = Words {
             mark,
             taken: BTreeSet::new(),
-            reserved: reserved.split_whitespace().map(str::to_owned).collect(),
+            reserved: reserved
+                .iter()
+                .flat_map(|words| words.split_whitespace())
+                .map(str::to_owned)
+                .collect(),
             whole: BTreeMap::new(),
             parts: BTreeMap::new(),
             parameters: Vec::new(),
@@ -117,19 +122,7 @@ impl Words {
     }
 }
 
-/// How a code writes scalars.
-pub struct Spelling<'a> {
-    /// The ends: parameters, coordinates, normals, diameters and leaves.
-    pub end: &'a dyn Fn(Node) -> String,
-    /// A function of one or two arguments.
-    pub call: fn(Function, &[String]) -> String,
-    /// A power, of a base in brackets where it needs them.
-    pub power: fn(&str, &Exponent) -> String,
-    /// Values of a choice: the comparison, its sides and both values.
-    pub choice: fn(&str, &[String; 4]) -> String,
-}
-
-/// How a code writes functions, powers and choices.
+/// How functions, powers and choices are written.
 #[derive(Debug, Clone, Copy)]
 pub struct Style {
     /// A function of one or two arguments.
@@ -141,20 +134,16 @@ pub struct Style {
 }
 
 impl Style {
-    /// With the ends of expressions.
-    pub fn with<'a>(&self, end: &'a dyn Fn(Node) -> String) -> Spelling<'a> {
-        let Style {
-            call,
-            power,
-            choice,
-        } = *self;
-        Spelling {
-            end,
-            call,
-            power,
-            choice,
-        }
+    /// With the ends of expressions: parameters, coordinates, normals, diameters and leaves.
+    pub fn with<'a>(&'a self, end: &'a dyn Fn(Node) -> String) -> Spelling<'a> {
+        Spelling { end, style: self }
     }
+}
+
+/// How scalars are written.
+pub struct Spelling<'a> {
+    end: &'a dyn Fn(Node) -> String,
+    style: &'a Style,
 }
 
 /// The exponent of a power.
@@ -269,7 +258,7 @@ impl Spelling<'_> {
                     Some(n) if n.fract() == 0.0 && n.abs() < 10.0 => Exponent::Integer(n as i8),
                     _ => Exponent::Other(within(b, Tight::Atom)),
                 };
-                let text = (self.power)(&within(a, Tight::Atom), &exponent);
+                let text = (self.style.power)(&within(a, Tight::Atom), &exponent);
                 (text, Tight::Power)
             }
             Node::Call(function, a, b) => {
@@ -277,7 +266,7 @@ impl Spelling<'_> {
                     .chain(b)
                     .map(|part| within(part, Tight::Sum));
                 (
-                    (self.call)(function, &arguments.collect::<Vec<_>>()),
+                    (self.style.call)(function, &arguments.collect::<Vec<_>>()),
                     Tight::Atom,
                 )
             }
@@ -289,7 +278,7 @@ impl Spelling<'_> {
                     Comparison::GreaterEqual => ">=",
                 };
                 (
-                    (self.choice)(sign, &parts.map(|part| within(part, Tight::Sum))),
+                    (self.style.choice)(sign, &parts.map(|part| within(part, Tight::Sum))),
                     Tight::Atom,
                 )
             }
@@ -348,12 +337,6 @@ pub fn measure(problem: &Problem, measure: &Measure) -> String {
     }
 }
 
-/// Longest line of an equation in the head.
-const WIDTH: usize = 110;
-
-/// An expression of more operations than this does not fit on a line.
-const SHORT: f64 = 110.0;
-
 /// A line of a comment: nothing in it ends the comment or a text, whatever a file contains.
 pub fn comment(text: &str) -> String {
     let plain = |c: char| match c {
@@ -364,258 +347,6 @@ pub fn comment(text: &str) -> String {
         c => c,
     };
     text.chars().map(plain).collect()
-}
-
-/// What a script solves, line by line: the weak form as it was written, its data, and the strong form.
-pub fn head(problem: &mut Problem, reads: &str) -> Vec<String> {
-    let mut lines = vec![match problem.about.is_empty() {
-        true => problem.name.clone(),
-        false => format!("{}: {}", problem.name, problem.about),
-    }];
-    lines.push(String::new());
-    let spaces = problem
-        .unknowns
-        .iter()
-        .map(|u| format!("{} in {}", u.name, u.space.name()));
-    let tests: Vec<&str> = problem.unknowns.iter().map(|u| u.test.as_str()).collect();
-    lines.push(format!(
-        "Weak form: find {} such that for all {}",
-        spaces.collect::<Vec<_>>().join(", "),
-        tests.join(", ")
-    ));
-    for line in problem
-        .form
-        .0
-        .lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty())
-    {
-        lines.push(format!("    {line}"));
-    }
-    lines.push("is zero, with".to_owned());
-    for datum in &problem.data {
-        let how = datum
-            .space
-            .map(|space| format!(", interpolated in {}", space.name()))
-            .unwrap_or_default();
-        let value = match datum.shape.is_empty() {
-            true => datum.texts[0].clone(),
-            false => format!("[{}]", datum.texts.join(", ")),
-        };
-        lines.push(format!("    {} = {value}{how}", datum.name));
-    }
-    let plain = |node: Node| plain_end(problem, node);
-    let spelling = Spelling {
-        end: &plain,
-        call: |function, a| format!("{}({})", function.names()[0], a.join(", ")),
-        power: |base, n| n.after(base, "^"),
-        choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
-    };
-    let plain = |id: &Id| spelling.text(&problem.scalars, *id, &Shared::new());
-    for held in problem.held() {
-        let Unknown { name, space, .. } = &problem.unknowns[held.unknown];
-        let values: Vec<String> = held.values.iter().map(plain).collect();
-        let values = values.join(", ");
-        let what = match (held.component, space.element) {
-            (Some(c), _) => format!("{} = {values}", component(name, space.size, c)),
-            (None, Element::RaviartThomas) => {
-                format!("normal component of {name} = that of [{values}]")
-            }
-            (None, _) => format!("tangential components of {name} = those of [{values}]"),
-        };
-        lines.push(format!("    {what} on {}", problem.groups[held.group].name));
-    }
-    for mean in &problem.means {
-        let name = &problem.unknowns[mean.unknown].name;
-        lines.push(format!("    mean of {name} = {:?}", mean.value));
-    }
-    if let Some(time) = &problem.time {
-        let [end, step] = [0, 1].map(|k| problem.parameters[time.parameter + k].value);
-        for initial in &time.initial {
-            let Unknown { name, space, .. } = &problem.unknowns[initial.unknown];
-            let name = component(name, space.size, initial.component);
-            lines.push(format!("    {name} = {} at t = 0", plain(&initial.value)));
-        }
-        lines.push(format!(
-            "    old(…) at the end of the step before; steps of dt = {step:?} end at t = {end:?}"
-        ));
-    }
-    if lines.last().is_some_and(|line| line.ends_with("with")) {
-        lines.pop();
-        lines.push("is zero.".to_owned());
-    }
-    for unknown in problem
-        .unknowns
-        .iter()
-        .filter(|u| u.space.element.is_vector())
-    {
-        let name = &unknown.name;
-        lines.push(match unknown.space.element {
-            Element::RaviartThomas => format!(
-                "On a cell {name} is a + b x: the slope of {name}[0] along x is that of {name}[1] along y, div({name})/{}.",
-                problem.dim
-            ),
-            _ => format!("On a cell {name} is a + b × x: its slopes are half the curl of {name}, up to signs."),
-        });
-    }
-    let strong = strong_form(&mut problem.clone());
-    if !strong.is_empty() {
-        lines.push("Strong form:".to_owned());
-        lines.extend(strong.into_iter().map(|line| format!("    {line}")));
-    }
-    lines.push(String::new());
-    if !reads.is_empty() {
-        lines.push(reads.to_owned());
-    }
-    lines.iter().map(|line| comment(line)).collect()
-}
-
-fn component(name: &str, size: Option<usize>, component: usize) -> String {
-    match size {
-        None => name.to_owned(),
-        Some(_) => format!("{name}[{component}]"),
-    }
-}
-
-fn plain_end(problem: &Problem, node: Node) -> String {
-    let axis = |k: usize| ["x", "y", "z"][k];
-    match node {
-        Node::Pi => "pi".into(),
-        Node::Parameter(k) => problem.parameters[k].name.clone(),
-        Node::Coordinate(k) => axis(k).into(),
-        Node::Normal(k, _) => format!("n[{k}]"),
-        Node::Diameter(_) => "h".into(),
-        Node::Leaf(leaf) => {
-            let (name, size) = match leaf.field {
-                Field::Unknown(k) | Field::Increment(k) | Field::Test(k) | Field::Old(k) => {
-                    (&problem.unknowns[k].name, problem.unknowns[k].space.size)
-                }
-                Field::Datum(k) => (
-                    &problem.data[k].name,
-                    problem.data[k].shape.first().copied(),
-                ),
-            };
-            let mut name = component(name, size, leaf.component);
-            if matches!(leaf.field, Field::Old(_)) {
-                name = format!("old({name})");
-            }
-            match (leaf.axis, leaf.second) {
-                (None, _) => name,
-                (Some(k), None) => format!("d{name}/d{}", axis(k)),
-                (Some(k), Some(l)) => format!("d2{name}/d{}d{}", axis(k), axis(l)),
-            }
-        }
-        _ => String::new(),
-    }
-}
-
-/// The equations in the domain and on the boundary that integration by parts gives; those that do not fit on a line are left out.
-fn strong_form(problem: &mut Problem) -> Vec<String> {
-    let integrals = problem.residual();
-    let [mut cells, mut rest] = [Vec::new(), Vec::new()];
-    for integral in integrals {
-        match integral.measure.domain {
-            Domain::Cells if integral.measure.groups.is_empty() => cells.push(integral),
-            Domain::Boundary => rest.push(integral),
-            _ => return Vec::new(),
-        }
-    }
-    let Some(cells) = cells.pop() else {
-        return Vec::new();
-    };
-    let is_whole = problem.unknowns.iter().any(|u| u.space.element.is_vector());
-    if is_whole || cells.terms.keys().any(|leaf| leaf.second.is_some()) {
-        return Vec::new();
-    }
-    let mut lines = Vec::new();
-    for (unknown, component) in problem.components() {
-        let leaf = |axis| Leaf {
-            field: Field::Test(unknown),
-            component,
-            axis,
-            second: None,
-            side: Side::Here,
-        };
-        let fluxes: Vec<Option<Id>> = (0..problem.dim)
-            .map(|k| cells.terms.get(&leaf(Some(k))).copied())
-            .collect();
-        let load = cells.terms.get(&leaf(None));
-        let all = fluxes.iter().flatten().chain(load);
-        if all.map(|id| problem.scalars.length(*id)).sum::<f64>() > SHORT {
-            return Vec::new();
-        }
-        let shown = problem.clone();
-        let plain = |node: Node| plain_end(&shown, node);
-        let spelling = Spelling {
-            end: &plain,
-            call: |function, a| format!("{}({})", function.names()[0], a.join(", ")),
-            power: |base, n| n.after(base, "^"),
-            choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
-        };
-        let mut left = String::new();
-        for (k, flux) in fluxes.iter().enumerate() {
-            if let Some(flux) = flux {
-                let text = spelling.text(&problem.scalars, *flux, &Shared::new());
-                left += &format!(
-                    "{}d({text})/d{}",
-                    if left.is_empty() { "-" } else { " - " },
-                    ["x", "y", "z"][k]
-                );
-            }
-        }
-        if let Some(load) = load {
-            let text = spelling.text(&problem.scalars, *load, &Shared::new());
-            left += &match (left.is_empty(), text.strip_prefix('-')) {
-                (true, _) => text,
-                (false, Some(rest)) => format!(" - {rest}"),
-                (false, None) => format!(" + {text}"),
-            };
-        }
-        if left.is_empty() || left.len() > WIDTH {
-            return Vec::new();
-        }
-        lines.push(format!("{left} = 0"));
-        for integral in &rest {
-            let of_it: Vec<_> = integral
-                .terms
-                .iter()
-                .filter(|(test, _)| test.field == leaf(None).field && test.component == component)
-                .collect();
-            let [(test, load)] = of_it[..] else { continue };
-            if test.axis.is_some() {
-                continue;
-            }
-            let mut all = vec![*load];
-            for (k, flux) in fluxes.iter().enumerate() {
-                if let Some(flux) = flux {
-                    let normal = problem.scalars.push(Node::Normal(k, Side::Here));
-                    all.push(problem.scalars.multiply(normal, *flux));
-                }
-            }
-            all.rotate_left(1);
-            let sum = problem.scalars.sum(all);
-            if problem.scalars.length(sum) > SHORT {
-                continue;
-            }
-            let text = spelling.text(&problem.scalars, sum, &Shared::new());
-            if text.len() <= WIDTH {
-                lines.push(format!(
-                    "{text} = 0 on {}",
-                    measure(problem, &integral.measure)
-                ));
-            }
-        }
-    }
-    lines
-}
-
-/// Lines of a script within a loop.
-pub fn indented(text: &str, by: &str) -> String {
-    let lines = text.lines().map(|line| match line.is_empty() {
-        true => "\n".to_owned(),
-        false => format!("{by}{line}\n"),
-    });
-    lines.collect()
 }
 
 /// What a space of vectors has continuous on facets, of components `u` and a normal `n`: the normal component, or the tangential ones.

@@ -195,13 +195,6 @@ fn words_of_scripts_are_reserved() {
 }
 
 fn reserved(code: &Code) -> impl Iterator<Item = &'static str> {
-    let (own, common) = match code.name {
-        "freefem" => (super::freefem::RESERVED, ""),
-        "dolfinx" => (super::dolfinx::RESERVED, super::python::RESERVED),
-        "scikit-fem" => (super::scikit_fem::RESERVED, super::python::RESERVED),
-        "ngsolve" => (super::ngsolve::RESERVED, super::python::RESERVED),
-        "getfem" => (super::getfem::RESERVED, super::python::RESERVED),
-        _ => (super::nutils::RESERVED, super::python::RESERVED),
-    };
-    own.split_whitespace().chain(common.split_whitespace())
+    let lists = code.reserved.iter();
+    lists.flat_map(|words| words.split_whitespace())
 }

@@ -1,4 +1,4 @@
-"""{{ head|join("\n") }}
+"""{% include "head.txt" %}
 python3 {{ file }} reads {{ name }}.msh and writes {{ file|replace(".py", ".vtu") }}.
 """
 

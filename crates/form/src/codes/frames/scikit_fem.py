@@ -192,12 +192,12 @@ given{{ i }} = given(basis{{ i }})
 {% endif %}
 {% endfor %}
 r = (
-{% for call in more.residuals %}
+{% for call in more.forms if call.is_residual %}
     {{ "+ " if not loop.first }}residual{{ call.integral }}{{ call.test }}.assemble(basis{{ call.integral }}{{ call.test }}, **given{{ call.integral }})
 {% endfor %}
 )
 A = (
-{% for call in more.derivatives %}
+{% for call in more.forms if not call.is_residual %}
     {{ "+ " if not loop.first }}derivative{{ call.integral }}{{ call.trial }}{{ call.test }}.assemble(basis{{ call.integral }}{{ call.trial }}, basis{{ call.integral }}{{ call.test }}, **given{{ call.integral }})
 {% endfor %}
 )
