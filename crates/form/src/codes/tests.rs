@@ -1,11 +1,13 @@
-//! No name of a problem hides a word that a script needs.
+//! No name of a problem hides a word that a script needs, and no template asks for what there is not.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use faceoff_mesh::mesh::Mesh;
 use faceoff_mesh::mesh::generate::{union_cube, union_jack};
+use minijinja::context;
 
-use super::{CODES, Code};
+use super::{CODES, Code, frame};
 use crate::Problem;
 
 /// With all that a frame may need: several unknowns, data of both kinds, all measures and functions.
@@ -136,8 +138,8 @@ const BUILTINS: [&str; 18] = [
     "slice",
 ];
 
-#[test]
-fn words_of_scripts_are_reserved() {
+/// The forms with all that a template may need, in 2D and 3D, with and without spaces of vectors.
+fn forms() -> [(String, Mesh); 5] {
     let cube = FORM
         .replace("Identity(2)", "Identity(3)")
         .replace("[0, \"x\"]", "[0, \"x\", 0]")
@@ -154,15 +156,22 @@ fn words_of_scripts_are_reserved() {
         .replace("\"RT0\"", "\"P1^d\"")
         .replace("\"N1curl\"", "\"P1^d\"");
     let without = without.replace("[initial]", "[initial]\nqqr = [0, 0]");
-    for (form, mesh) in [
-        (FORM, union_jack(2, [1.0, 1.0])),
-        (&cube, union_cube(1, [1.0; 3])),
-        (&without, union_jack(2, [1.0, 1.0])),
-        (&plane, union_jack(2, [1.0, 1.0])),
-        (&solid, union_cube(1, [1.0; 3])),
-    ] {
+    let square = union_jack(2, [1.0, 1.0]);
+    let cube_mesh = union_cube(1, [1.0; 3]);
+    [
+        (FORM.to_owned(), square.clone()),
+        (cube, cube_mesh.clone()),
+        (without, square.clone()),
+        (plane, square),
+        (solid, cube_mesh),
+    ]
+}
+
+#[test]
+fn words_of_scripts_are_reserved() {
+    for (form, mesh) in forms() {
         let problem =
-            Problem::parse(Path::new("words.toml"), form, &mesh).unwrap_or_else(|e| panic!("{e}"));
+            Problem::parse(Path::new("words.toml"), &form, &mesh).unwrap_or_else(|e| panic!("{e}"));
         for code in &CODES {
             let is_lacking = code.name == "nutils" && form.contains("RT0");
             let Ok(script) = code.script(&problem) else {
@@ -197,4 +206,47 @@ fn words_of_scripts_are_reserved() {
 fn reserved(code: &Code) -> impl Iterator<Item = &'static str> {
     let lists = code.reserved.iter();
     lists.flat_map(|words| words.split_whitespace())
+}
+
+/// Every form of the examples, in 2D and 3D where it is one of both, and those above.
+#[test]
+fn every_template_is_filled_for_every_form() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/forms");
+    let files = std::fs::read_dir(folder).expect("forms");
+    let texts = files.map(|file| std::fs::read_to_string(file.expect("a form").path()));
+    let texts: Vec<String> = texts.map(|text| text.expect("a text")).collect();
+    let meshes = [union_jack(2, [1.0, 1.0]), union_cube(1, [1.0; 3])];
+    let examples = texts
+        .iter()
+        .flat_map(|text| meshes.iter().map(|mesh| (text.clone(), mesh.clone())));
+    let mut written = BTreeMap::new();
+    for (form, mesh) in forms().into_iter().chain(examples) {
+        let Ok(problem) = Problem::parse(Path::new("form.toml"), &form, &mesh) else {
+            continue;
+        };
+        for code in &CODES {
+            match code.script(&problem) {
+                Err(why) => assert!(!why.contains("internal error"), "{}: {why}", problem.name),
+                Ok(script) => {
+                    let what = format!("{} for {}", problem.name, code.name);
+                    assert!(!script.contains("{%") && !script.contains("}}"), "{what}");
+                    *written.entry(code.name).or_insert(0) += 1;
+                }
+            }
+        }
+    }
+    assert!(
+        CODES.iter().all(|code| written[code.name] >= 20),
+        "{written:?}"
+    );
+}
+
+/// A template that cannot be filled is a fault of ours, and said to be one.
+#[test]
+fn a_missing_field_is_an_internal_error() {
+    for code in &CODES {
+        let error = frame::fill(code.name, context! {}).expect_err("there is no field");
+        let start = format!("an internal error: the template for {} cannot", code.name);
+        assert!(error.starts_with(&start), "{error}");
+    }
 }
