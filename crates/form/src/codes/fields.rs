@@ -145,6 +145,8 @@ fn unknown(of: &Speaker<'_>, k: usize) -> Result<Value, String> {
     let unknown = &of.problem.unknowns[k];
     let space = unknown.space;
     let parts = (0..space.count()).map(|c| names(of, k, Some(c)));
+    let functions = of.problem.blocks().into_iter().enumerate();
+    let functions = functions.filter_map(|(at, (unknown, _))| (unknown == k).then_some(at));
     Ok(context! {
         // Its name in the form.
         title => unknown.name.as_str(),
@@ -158,6 +160,8 @@ fn unknown(of: &Speaker<'_>, k: usize) -> Result<Value, String> {
         is_vector => space.element.is_vector(),
         size => space.size,
         parts => parts.collect::<Value>(),
+        // Their positions.
+        functions => functions.collect::<Value>(),
         ..names(of, k, None)
     })
 }

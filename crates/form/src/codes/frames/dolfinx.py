@@ -282,4 +282,4 @@ at = np.pad(at, ((0, 0), (0, 0), (0, 3 - at.shape[2])))
 
 
 {% include "write_vtu.py" %}
-write_vtu(writes, at, {{ "{" }}{% for u in unknowns %}"{{ u.title }}": values({{ u.name }}){{ ", " if not loop.last }}{% endfor %}})
+write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ u.name }}){{ ", " if not loop.last }}{% endfor -%} })

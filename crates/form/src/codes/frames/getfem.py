@@ -186,9 +186,5 @@ def values(*names):
 
 
 {% include "write_vtu.py" %}
-write_vtu(writes, at, {{ "{" }}
-{%- for u in unknowns %}
-"{{ u.title }}": values(
-{%- if u.is_vector %}"{{ u.name }}"{% else %}{% for part in u.parts %}"{{ part.name }}"{{ ", " if not loop.last }}{% endfor %}{% endif %})
-{{- ", " if not loop.last }}
-{%- endfor %}})
+{% macro names(u) %}"{{ u.name if u.is_vector else u.parts|map(attribute="name")|join('", "') }}"{% endmacro %}
+write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ names(u) }}){{ ", " if not loop.last }}{% endfor -%} })

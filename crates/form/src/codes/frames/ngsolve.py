@@ -72,7 +72,7 @@ mesh = ngsolve.Mesh(grid)
 
 # The quadrature points are given explicitly, so that all codes use the same.
 {% for rule in rules %}
-{{ ["rule", "facet_rule"][loop.index0] }} = {{ "{" }}{{ cell if loop.first else "SEGM" if dim == 2 else "TRIG" }}: ngsolve.IntegrationRule({{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }})}
+{{ ["rule", "facet_rule"][loop.index0] }} = { {{- cell if loop.first else "SEGM" if dim == 2 else "TRIG" }}: ngsolve.IntegrationRule({{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }})}
 {% endfor %}
 n = specialcf.normal({{ dim }})
 {% if has_diameter %}
@@ -240,7 +240,7 @@ for number in range(1, {{ time.steps + 1 }}):
 # The values at the nodes of VTK's cells.
 {# Reference coordinates belong to the first vertices; the last one is the origin. #}
 nodes = ngsolve.IntegrationRule([{% for node in output.nodes %}[{{ node[:dim]|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}], [1.0]*{{ output.nodes|length }})
-mapped = mesh.MapToAllElements({{ "{" }}{{ cell }}: nodes}, VOL)
+mapped = mesh.MapToAllElements({ {{- cell }}: nodes}, VOL)
 
 
 def values(function):
@@ -251,12 +251,5 @@ at = values((x, y, z))
 
 
 {% include "write_vtu.py" %}
-write_vtu(writes, at, {{ "{" }}
-{%- for u in unknowns -%}
-{% set k = loop.index0 %}
-{% set all %}
-{% for function in functions %}{% if function.unknown == k %}{{ part("total", loop.index0) }}, {% endif %}{% endfor %}
-{% endset %}
-"{{ u.title }}": values({{ "(" ~ all[:-2] ~ ")" if u.size is not none and not u.is_vector and u.parts|length > 1 else all[:-2] }})
-{{- ", " if not loop.last }}
-{%- endfor %}})
+{% macro parts(u) %}{% for k in u.functions %}{{ part("total", k) }}{{ ", " if not loop.last }}{% endfor %}{% endmacro %}
+write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ parts(u) if u.functions|length == 1 else "(" ~ parts(u) ~ ")" }}){{ ", " if not loop.last }}{% endfor -%} })

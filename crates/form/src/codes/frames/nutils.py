@@ -170,4 +170,4 @@ at = np.pad(values({{ axes|join(", ") }}), ((0, 0), (0, 0), (0, {{ 3 - dim }})))
 
 
 {% include "write_vtu.py" %}
-write_vtu(writes, at, {{ "{" }}{% for u in unknowns %}"{{ u.title }}": values({{ u.parts|map(attribute="name")|join(", ") }}){{ ", " if not loop.last }}{% endfor %}})
+write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ u.parts|map(attribute="name")|join(", ") }}){{ ", " if not loop.last }}{% endfor -%} })

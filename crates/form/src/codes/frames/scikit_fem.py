@@ -237,9 +237,6 @@ found = skfem.Basis(mesh, element, quadrature=(nodes, np.ones(nodes.shape[1]))).
 
 
 {% include "write_vtu.py" %}
-write_vtu(writes, at, {{ "{" }}
-{%- for u in unknowns %}
-{% set found = "np.asarray(found" ~ ("[" ~ loop.index0 ~ "]" if unknowns|length > 1 else "") ~ ")" %}
-"{{ u.title }}": {{ found if u.size is none else "np.moveaxis(" ~ found ~ ", 0, 2)" }}
-{{- ", " if not loop.last }}
-{%- endfor %}})
+{% macro values(u, found) %}{{ found if u.size is none else "np.moveaxis(" ~ found ~ ", 0, 2)" }}{% endmacro %}
+{% set one = unknowns|length == 1 %}
+write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": {{ values(u, "np.asarray(found)" if one else "np.asarray(found[" ~ loop.index0 ~ "])") }}{{ ", " if not loop.last }}{% endfor -%} })
