@@ -529,3 +529,49 @@ fn power(number: f64) -> String {
         .collect();
     format!("10⁻{digits}")
 }
+
+/// A parameter that is a list makes levels, in scripts and here: u = x(1 - x)/(2k) of -k u'' = 1.
+#[test]
+fn a_parameter_that_is_a_list_makes_levels() {
+    let folder = folder();
+    let at = folder.path();
+    let text = r#"name = "levels"
+[mesh]
+generator = "union-jack"
+n = 4
+[spaces]
+u = "P2"
+[parameters]
+k = [2.0, 1.0, 0.5]
+[form]
+F = "k*inner(grad(u), grad(v))*dx - v*dx"
+[dirichlet]
+left = 0
+right = 0
+[codes]
+use = ["rust", "freefem", "scikit-fem"]
+[fields.u]
+rtol = 1e-11
+[numbers.mean]
+value = "u*dx"
+"#;
+    write(at, "levels.toml", text);
+    let (ran, told) = verify(at, "levels.toml", &[]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let rows = told["numbers"][0]["rows"].as_array().unwrap();
+    let levels: Vec<&str> = rows
+        .iter()
+        .map(|row| row["level"].as_str().unwrap())
+        .collect();
+    assert_eq!(levels, ["k = 2", "k = 1", "k = 0.5"]);
+    for (row, k) in rows.iter().zip([2.0, 1.0, 0.5]) {
+        let values = row["values"].as_object().unwrap();
+        assert_eq!(values.len(), 3);
+        for value in values.values() {
+            assert!(
+                (value.as_f64().unwrap() - 1.0 / (12.0 * k)).abs() < 1e-14,
+                "{row}"
+            );
+        }
+    }
+}

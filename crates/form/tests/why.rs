@@ -150,7 +150,8 @@ fn put(solved: &str, form: &Problem, mesh: &Mesh, change: impl Fn(&mut Problem))
 fn said(form: &Problem, judged: &Judged, Cause { change, factor }: &Cause) -> String {
     let term = |k: &usize| judged.terms[*k].text.clone();
     let group = |k: &usize| form.groups[*k].name.clone();
-    let number = format!("{:.5e}", factor).parse::<f64>().unwrap();
+    let number = format!("{:.5e}", factor).parse::<f64>();
+    let number = number.expect("it was a number");
     match change {
         Change::Factor { term: k } => format!("{} × {number}", term(k)),
         Change::Parameter { parameter } => {
@@ -411,7 +412,8 @@ fn rules_and_data_at_centres_are_named() {
     for element in ["P1", "P2"] {
         let (text, mesh) = (diffusion(element), square(8));
         let form = parse(&text, &mesh);
-        let changes: [(&str, fn(&mut Problem)); 3] = [
+        type Changed = fn(&mut Problem);
+        let changes: [(&str, Changed); 3] = [
             ("f in P0", |p| {
                 p.data[2].space = Some(Space {
                     element: Element::Broken(0),
@@ -478,7 +480,7 @@ fn nothing_is_accused_that_was_not_changed() {
     let judged = put(&text, &form, &mesh, |_| ());
     assert!(judged.explanation.is_none() && judged.rows[0].error < 1e-13);
     // Values that were changed at a few vertices, and an iteration that stopped early.
-    let solution = own::solve(&form, &mesh).unwrap();
+    let solution = own::solve(&form, &mesh).expect("it is regular");
     for (k, size) in [(20, 1e-3), (57, 1e-7), (3, 1e-10)] {
         let mut u = solution.u.clone();
         u[k] += size;

@@ -371,11 +371,14 @@ impl<'a> File<'a> {
         let entries = self.entries(entry.value, "parameters")?;
         let each = entries.iter().map(|each| {
             let name = self.name(each, taken)?;
-            let value = self.number(each.value).ok_or_else(|| {
+            // Of a list, whose values are levels of a face-off, the first.
+            let list = each.value.get_ref().as_array();
+            let first = list.map_or(Some(each.value), |list| list.iter().next());
+            let value = first.and_then(|value| self.number(value)).ok_or_else(|| {
                 self.refuse(
                     each.value.span().start,
                     format!("the parameter {name} is not a finite number"),
-                    "give one number",
+                    "give one number, or a list of numbers that are levels",
                 )
             })?;
             Ok(Parameter { name, value })

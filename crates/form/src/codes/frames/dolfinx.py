@@ -8,6 +8,7 @@ V{{ ".sub(" ~ unknown ~ ")" if unknowns|length > 1 }}
 {%- endmacro %}
 {% set cell = "triangle" if dim == 2 else "tetrahedron" %}
 {% set total = unknowns[0].name if unknowns|length == 1 else "w" %}
+{% set imports = ["logging"] %}
 {% include "head.py" %}
 import basix
 import dolfinx
@@ -25,6 +26,8 @@ from ufl import (
     conditional, cos, cosh, cross, curl, derivative, det, dev, div, dot, exp, ge, grad, gt, inner, inv, jump, le, ln, lt, max_value,
     min_value, outer, pi, sign, sin, sinh, skew, sqrt, sym, tan, tanh, tr, transpose,
 )
+
+logging.getLogger("UFL").setLevel(logging.ERROR)  # it warns of arrays, as the points of rules are
 
 {% include "read.py" %}
 

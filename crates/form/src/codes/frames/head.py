@@ -2,6 +2,9 @@
 python3 {{ file }} reads {{ name }}.msh and writes {{ file|replace(".py", ".vtu") }}.
 """
 
+{% for name in imports|default([]) %}
+import {{ name }}
+{% endfor %}
 import sys
 from pathlib import Path
 
