@@ -2,7 +2,7 @@
 
 use minijinja::{Value, context};
 
-use super::python;
+use super::points;
 use super::speaker::Speaker;
 use super::spelling::{comment, measure};
 use super::strong::{component as component_of, strong_form};
@@ -349,7 +349,7 @@ fn time(of: &Speaker<'_>) -> Option<Value> {
 /// The cells of the result: VTK's number, and the nodes by barycentric coordinates.
 fn output(problem: &Problem) -> Result<Value, String> {
     let element = problem.output();
-    let (nodes, kind) = python::nodes(element, problem.dim)?;
+    let (nodes, kind) = points::nodes(element, problem.dim)?;
     let texts = |node: Vec<f64>| node.iter().map(|t| format!("{t:?}")).collect::<Value>();
     Ok(context! {
         degree => element.degree(),

@@ -10,6 +10,7 @@ mod freefem;
 mod getfem;
 mod ngsolve;
 mod nutils;
+mod points;
 mod python;
 mod scikit_fem;
 mod speaker;

@@ -1,6 +1,7 @@
 //! nutils: the form as expressions of NumPy's functions on nutils' arrays, with nutils' own derivative.
 
-use super::python::{LEAVES, NUMPY, RESERVED as PYTHON, USUAL};
+use super::points::NUMPY;
+use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
 use super::spelling::Style;
 use super::table::{Code, Leaves};
 use crate::problem::{Element, Problem, Space};

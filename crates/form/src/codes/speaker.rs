@@ -2,7 +2,7 @@
 
 use minijinja::{Value, context};
 
-use super::python;
+use super::points;
 use super::spelling::{Shared, Words, comment, shared};
 use super::strong::plain;
 use super::table::Code;
@@ -154,7 +154,7 @@ impl<'a> Speaker<'a> {
             // In the words of the form.
             plain => comment(&plain(&self.problem, id)),
             // With NumPy's functions, in the shape of the coordinates.
-            at_points => python::numpy(&self.problem.scalars, id, coordinates, &parameter),
+            at_points => points::numpy(&self.problem.scalars, id, coordinates, &parameter),
             is_number => self.problem.scalars.number_of(id).is_some(),
             constant => self.constant(id),
         }
