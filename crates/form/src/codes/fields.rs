@@ -1,4 +1,4 @@
-//! What all templates are filled with: a problem in the words of a code.
+//! The fields that templates are filled with: a problem in the words of a code.
 
 use minijinja::{Value, context};
 

@@ -1,4 +1,4 @@
-//! What a code for weak forms is told by: its words for everything that a form is made of, and its template.
+//! The table of a code: its words for everything that a form is made of, and its template.
 
 use super::speaker::Speaker;
 use super::spelling::Style;

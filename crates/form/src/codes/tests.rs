@@ -1,13 +1,14 @@
-//! No name of a problem hides a word that a script needs, and no template asks for what there is not.
+//! No name of a problem hides a word that a script needs, and no template uses a field that is missing.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use faceoff_mesh::mesh::Mesh;
 use faceoff_mesh::mesh::generate::{union_cube, union_jack};
-use minijinja::context;
+use minijinja::Value;
 
-use super::{CODES, Code, frame};
+use super::speaker::Speaker;
+use super::{CODES, Code, fields, frame};
 use crate::Problem;
 
 /// With all that a frame may need: several unknowns, data of both kinds, all measures and functions.
@@ -241,12 +242,20 @@ fn every_template_is_filled_for_every_form() {
     );
 }
 
-/// A template that cannot be filled is a fault of ours, and said to be one.
+/// A missing field is a fault of ours, reported as one, and never an empty place in a script.
 #[test]
 fn a_missing_field_is_an_internal_error() {
+    let [(form, mesh), ..] = forms();
+    let problem = Problem::parse(Path::new("form.toml"), &form, &mesh).expect("a form");
     for code in &CODES {
-        let error = frame::fill(code.name, context! {}).expect_err("there is no field");
+        let all = fields::fields(&mut Speaker::new(code, &problem)).expect("it has P2");
+        let keys = all.try_iter().expect("a map");
+        let keys = keys.filter(|key| key.as_str() != Some("name"));
+        let fields = keys.map(|key| (key.clone(), all.get_item(&key).expect("its value")));
+        let error = frame::fill(code.name, Value::from_pairs(fields));
         let start = format!("an internal error: the template for {} cannot", code.name);
+        let error = error.expect_err("the name is missing");
         assert!(error.starts_with(&start), "{error}");
+        frame::fill(code.name, all).expect("nothing is missing");
     }
 }
