@@ -26,7 +26,6 @@ dx(skeleton=True, {% if names %}definedonelements=between("{{ names|replace("|",
 ).Compile()*{{ over(integral) }}
 {% endif %}
 {% endmacro %}
-{% set point = axes|join(", ") %}
 {% set cell = "TRIG" if dim == 2 else "TET" %}
 {% set by_hand = integrals|selectattr("by_hand")|list %}
 {% set interior = integrals|selectattr("kind", "eq", "dS")|list %}
