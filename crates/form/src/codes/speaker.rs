@@ -3,7 +3,7 @@
 use minijinja::{Value, context};
 
 use super::points;
-use super::spelling::{Shared, Words, comment, shared};
+use super::spelling::{Shared, Words, comment, shared, signed};
 use super::strong::plain;
 use super::table::Code;
 use crate::problem::{Element, Problem, Space};
@@ -198,12 +198,7 @@ impl<'a> Speaker<'a> {
                 }
                 _ => format!("{}*{leaves}", spelling.factor(scalars, coefficient, known)),
             };
-            let signed = match text.strip_prefix('-') {
-                _ if k == 0 => text.clone(),
-                Some(rest) => format!("- {rest}"),
-                None => format!("+ {text}"),
-            };
-            context! { text, signed }
+            context! { signed => signed(&text, k == 0), text }
         });
         each.collect()
     }

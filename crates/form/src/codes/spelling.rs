@@ -43,18 +43,16 @@ impl Words {
             .collect();
         let mut add = |field: Field, name: &str, shape: &[usize]| {
             let whole = words.fresh(name);
-            let count: usize = shape.iter().product();
+            let place = |k: usize| match shape {
+                [_] => (k + first).to_string(),
+                [_, columns, ..] => format!("{}{}", k / columns + first, k % columns + first),
+                [] => String::new(),
+            };
             let parts = match shape {
                 [] => vec![whole.clone()],
-                [_] => (0..count)
-                    .map(|k| words.fresh(&format!("{name}{}", k + first)))
+                _ => (0..shape.iter().product())
+                    .map(|k| words.fresh(&format!("{name}{}", place(k))))
                     .collect(),
-                _ => {
-                    let part = |k: usize| {
-                        format!("{name}{}{}", k / shape[1] + first, k % shape[1] + first)
-                    };
-                    (0..count).map(|k| words.fresh(&part(k))).collect()
-                }
             };
             words.whole.insert(field, whole);
             words.parts.insert(field, parts);
@@ -225,21 +223,14 @@ impl Spelling<'_> {
                 let left = within(a, Tight::Sum);
                 let right = within(b, Tight::Sum);
                 // A sum on the right comes without brackets as well: only rounding could tell.
-                let text = match right.strip_prefix('-') {
-                    Some(rest) => format!("{left} - {rest}"),
-                    None => format!("{left} + {right}"),
-                };
-                (text, Tight::Sum)
-            }
-            Node::Multiply(a, b) if scalars.number_of(a) == Some(-1.0) => {
-                (format!("-{}", within(b, Tight::Product)), Tight::Sum)
+                (format!("{left} {}", signed(&right, false)), Tight::Sum)
             }
             Node::Multiply(a, b) if scalars.number_of(a).is_some_and(|a| a < 0.0) => {
-                let value = scalars.number_of(a).unwrap_or(0.0);
-                (
-                    format!("{value:?}*{}", within(b, Tight::Product)),
-                    Tight::Sum,
-                )
+                let sign = match scalars.number_of(a) {
+                    Some(a) if a != -1.0 => format!("{a:?}*"),
+                    _ => "-".to_owned(),
+                };
+                (sign + &within(b, Tight::Product), Tight::Sum)
             }
             Node::Multiply(a, b) => (
                 format!(
@@ -347,6 +338,15 @@ pub fn comment(text: &str) -> String {
         c => c,
     };
     text.chars().map(plain).collect()
+}
+
+/// A term of a sum, with its sign set off unless it is the first one: `a`, `+ b`, `- c`.
+pub fn signed(text: &str, is_first: bool) -> String {
+    match text.strip_prefix('-') {
+        _ if is_first => text.to_owned(),
+        Some(rest) => format!("- {rest}"),
+        None => format!("+ {text}"),
+    }
 }
 
 /// What a space of vectors has continuous on facets, of components `u` and a normal `n`: the normal component, or the tangential ones.

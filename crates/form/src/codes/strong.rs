@@ -1,6 +1,6 @@
 //! The equations that a weak form stands for, as people write them.
 
-use super::spelling::{Shared, Style, measure};
+use super::spelling::{Shared, Style, measure, signed};
 use crate::problem::{Domain, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -98,36 +98,23 @@ pub fn strong_form(problem: &Problem) -> Vec<String> {
         if all.map(|id| problem.scalars.length(*id)).sum::<f64>() > SHORT {
             return Vec::new();
         }
-        let mut left = String::new();
-        for (k, flux) in fluxes.iter().enumerate() {
-            if let Some(flux) = flux {
-                let text = plain(problem, *flux);
-                left += &format!(
-                    "{}d({text})/d{}",
-                    if left.is_empty() { "-" } else { " - " },
-                    ["x", "y", "z"][k]
-                );
-            }
-        }
-        if let Some(load) = load {
-            let text = plain(problem, *load);
-            left += &match (left.is_empty(), text.strip_prefix('-')) {
-                (true, _) => text,
-                (false, Some(rest)) => format!(" - {rest}"),
-                (false, None) => format!(" + {text}"),
-            };
-        }
+        let slopes = fluxes.iter().zip(["x", "y", "z"]);
+        let slopes = slopes
+            .filter_map(|(flux, axis)| Some(format!("-d({})/d{axis}", plain(problem, (*flux)?))));
+        let terms = slopes.chain(load.map(|load| plain(problem, *load)));
+        let terms = terms.enumerate().map(|(k, term)| signed(&term, k == 0));
+        let left = terms.collect::<Vec<_>>().join(" ");
         if left.is_empty() || left.len() > WIDTH {
             return Vec::new();
         }
         lines.push(format!("{left} = 0"));
         for integral in &rest {
-            let of_it: Vec<_> = integral
-                .terms
-                .iter()
-                .filter(|(test, _)| test.field == leaf(None).field && test.component == component)
-                .collect();
-            let [(test, load)] = of_it[..] else { continue };
+            let is_mine =
+                |test: &Leaf| test.field == leaf(None).field && test.component == component;
+            let mut mine = integral.terms.iter().filter(|(test, _)| is_mine(test));
+            let (Some((test, load)), None) = (mine.next(), mine.next()) else {
+                continue;
+            };
             if test.axis.is_some() {
                 continue;
             }
