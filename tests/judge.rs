@@ -817,12 +817,12 @@ const OF_FORM: [OfForm; 9] = [
             FORM,
             "onCells(Th, qforder=2*degree-1)((1 + 0.001*(nuTriangle == 20))*(grad(w)'*grad(v)))\n    + on(onNodes, w=0);\n  varf contact",
         ]],
-        "as if the term `inner(grad(u), grad(v))*dx` in one cell of 1376, at (0.5697, 0.0743) had the factor 1.001",
+        "as if the term `(∇u,∇v)` in one cell of 1376, at (0.5697, 0.0743) had the factor 1.001",
     ),
     (
         "one-zone",
         &[["(f*v)", "((nuTriangle != 20)*f*v)"]],
-        "as if the term `f*v*dx` in one cell of 128, at (0.2917, 0.1667) were missing",
+        "as if the term `(f,v)` in one cell of 128, at (0.2917, 0.1667) were missing",
     ),
     (
         "plate",
@@ -852,7 +852,7 @@ const OF_FORM: [OfForm; 9] = [
             "(law(u) * contactTest(v) - flux",
             "((u - psi) * contactTest(v) - flux",
         ]],
-        "as if the term `pos(gamma0*h*dot(grad(u), n) - (u - psi))*dot(grad(v), n)*ds(C)` were missing",
+        "as if the term `<[P_γ(u)]₊,∂ₙv>` were missing",
     ),
     (
         "one-zone",
@@ -860,12 +860,12 @@ const OF_FORM: [OfForm; 9] = [
             ["func f = sceneF(scene);", "func f = 1.01*sceneF(scene);"],
             [FREEFEM_GAMMA, "gamma[][Ch(cell, 0)] = 1.01*value;"],
         ],
-        "as if `gamma0` were 101 and the term `f*v*dx` had the factor 1.01",
+        "as if `gamma0` were 101 and the term `(f,v)` had the factor 1.01",
     ),
     (
         "plate",
         &[["(f*v)", "(1.01*f*v)"], ["(t*v)", "(0.98*t*v)"]],
-        "as if the term `f*v*dx` had the factor 1.01 and the term `t*v*ds(N)` had the factor 0.98",
+        "as if the term `(f,v)` had the factor 1.01 and the term `<t,v>` had the factor 0.98",
     ),
 ];
 

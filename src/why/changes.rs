@@ -36,10 +36,22 @@ impl Names<'_> {
         &self.terms[k].text
     }
 
-    /// `dx`, `ds(top)`: the end of a term.
-    fn measure(&self, k: usize) -> &str {
-        let term = self.term(k);
-        term.rsplit('*').next().unwrap_or(term).trim()
+    /// `dx`, `ds(top)`: what a term is taken over.
+    fn measure(&self, k: usize) -> String {
+        let measure = &self.problem.integrals[k].measure;
+        let name = match measure.domain {
+            Domain::Cells => "dx",
+            Domain::Boundary => "ds",
+            Domain::Interior => "dS",
+        };
+        let groups = measure
+            .groups
+            .iter()
+            .map(|k| &*self.problem.groups[*k].name);
+        match measure.groups.is_empty() {
+            true => name.to_owned(),
+            false => format!("{name}({})", groups.collect::<Vec<_>>().join(", ")),
+        }
     }
 
     fn code(&self, k: usize) -> Text {
@@ -123,7 +135,7 @@ impl Names<'_> {
             }
             Change::Some { term, is_all, .. } => {
                 let what = match is_all {
-                    true => text!("all terms over {}", code(self.measure(*term))),
+                    true => text!("all terms over {}", code(&self.measure(*term))),
                     false => text!("the term {}", self.code(*term)),
                 };
                 has(text!("{} {}", what, self.some(change)), *factor)

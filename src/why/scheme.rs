@@ -25,13 +25,18 @@ const PARTS: [(Part, &str, i64); 3] = [
 pub(super) fn explain(search: &Search) -> Option<Explanation> {
     let problem = &search.problem;
     let mesh = mesh(problem);
-    let text = form(problem)?;
+    let (text, terms) = form(problem)?;
     let form = Form::parse(Path::new("scheme"), &text, &mesh).ok()?;
     let (cells, field) = function::broken(problem, "u", search.u);
     let fields = vec![field];
     let result = Mesh { fields, ..cells };
-    let judged = judge(&form, &mesh, &result, 0.0).ok()?;
-    let found = judged.explanation.as_ref().filter(|found| found.is_exact)?;
+    let mut judged = judge(&form, &mesh, &result, 0.0).ok()?;
+    // In the letters of the paper.
+    for (term, name) in judged.terms.iter_mut().zip(terms) {
+        term.text = name;
+    }
+    let found = judged.explanation.as_ref();
+    let found = found.filter(|found| found.is_exact)?;
     let names = Names {
         problem: &form,
         terms: &judged.terms,
@@ -81,8 +86,8 @@ fn mesh(problem: &Problem) -> Mesh {
     mesh
 }
 
-/// The file of the form: (2.4) and (3.2) of the paper; none of another law, or of a rule that forms do not have.
-fn form(problem: &Problem) -> Option<String> {
+/// The file of the form, (2.4) and (3.2) of the paper, and what its terms are called; none of another law, or of a rule that forms do not have.
+fn form(problem: &Problem) -> Option<(String, Vec<String>)> {
     let (method, data) = (problem.method(), problem.scene.data());
     let Law::Nitsche(law) = method.law else {
         return None;
@@ -99,7 +104,9 @@ fn form(problem: &Problem) -> Option<String> {
     let quoted = |text: &str| toml::Value::String(text.to_owned()).to_string();
     let has = |part: Part| problem.parts.contains(&Some(part));
     let mut given = String::new();
-    let mut terms = vec!["inner(grad(u), grad(v))*dx".to_owned()];
+    let mut terms: Vec<(String, String)> = Vec::new();
+    let mut add = |text: String, name: &str| terms.push((text, name.to_owned()));
+    add("inner(grad(u), grad(v))*dx".into(), "(∇u,∇v)");
     let all = [
         ("f", &data.f),
         ("t", &data.t),
@@ -110,10 +117,10 @@ fn form(problem: &Problem) -> Option<String> {
         given += &format!("{name} = {}\n", quoted(datum.text()));
     }
     if !data.f.is_zero() {
-        terms.push("- f*v*dx".into());
+        add("- f*v*dx".into(), "(f,v)");
     }
     if !data.t.is_zero() && has(Part::Neumann) {
-        terms.push("- t*v*ds(N)".into());
+        add("- t*v*ds(N)".into(), "<t,v>");
     }
     let h = match problem.discretisation.h {
         HRule::Local => "h",
@@ -122,19 +129,21 @@ fn form(problem: &Problem) -> Option<String> {
     if has(Part::Contact) {
         let gap = if data.psi.is_zero() { "u" } else { "(u - psi)" };
         let active = format!("pos(gamma0*{h}*dot(grad(u), n) - {gap})");
-        terms.push("- dot(grad(u), n)*v*ds(C)".into());
+        add("- dot(grad(u), n)*v*ds(C)".into(), "<∂ₙu,v>");
+        let of_gap = if data.psi.is_zero() { "u" } else { "u-ψ" };
         let tests = [
-            (law.theta1, "dot(grad(v), n)".to_owned()),
-            (law.theta2, format!("v/(gamma0*{h})")),
+            (law.theta1, "dot(grad(v), n)".to_owned(), "∂ₙv"),
+            (law.theta2, format!("v/(gamma0*{h})"), "γ⁻¹v"),
         ];
-        for (theta, test) in tests.iter().filter(|(theta, _)| *theta != 0.0) {
+        for (theta, test, of_test) in tests.iter().filter(|(theta, ..)| *theta != 0.0) {
             let sign = if *theta < 0.0 { "-" } else { "+" };
             let factor = match theta.abs() {
                 1.0 => String::new(),
                 size => format!("{size:?}*"),
             };
-            for what in [gap, &active] {
-                terms.push(format!("{sign} {factor}{what}*{test}*ds(C)"));
+            for (what, of_what) in [(gap, of_gap), (&*active, "[P_γ(u)]₊")] {
+                let text = format!("{sign} {factor}{what}*{test}*ds(C)");
+                add(text, &format!("<{of_what},{of_test}>"));
             }
         }
     }
@@ -148,10 +157,12 @@ fn form(problem: &Problem) -> Option<String> {
     } else {
         String::new()
     };
-    Some(format!(
+    let (texts, names): (Vec<String>, Vec<String>) = terms.into_iter().unzip();
+    let text = format!(
         "name = \"scheme\"\n[spaces]\nu = \"{element}\"\n[parameters]\ngamma0 = {:?}\nhmax = {longest:?}\n[data]\n{given}[form]\nF = {}\ndegree = {degree}\n\
          facet_degree = {facet_degree}\n[dirichlet]\n{held}",
         problem.discretisation.gamma0(),
-        quoted(&terms.join(" "))
-    ))
+        quoted(&texts.join(" "))
+    );
+    Some((text, names))
 }
