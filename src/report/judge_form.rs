@@ -157,9 +157,12 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
             &told.form
         ),
         _ => text!(
-            "**{}** does not solve the form {}",
+            "**{}** does not solve the form {}{}",
             Text::message(name),
-            &told.form
+            &told.form,
+            told.found
+                .cause()
+                .map(|words| text!(", but as if {}", words))
         ),
     };
     report.lede = told.found.sentence.clone();

@@ -15,6 +15,9 @@ use faceoff_mesh::mesh::Mesh;
 /// Of numbers that were rounded when they were written, a row may be off by so many of their last digits.
 const WRITTEN: f64 = 4.0;
 
+/// Of explanations that leave the same, a sentence has so many, and a page all.
+const IN_SENTENCE: usize = 2;
+
 /// A result in a form.
 #[derive(Debug, Serialize)]
 pub struct InForm {
@@ -124,7 +127,7 @@ impl InForm {
         self.sentence = text!(
             "{}; it solves the form as if {}",
             &self.sentence,
-            Text::joined(all.clone(), ", or as if ")
+            Text::joined(all.iter().take(IN_SENTENCE).cloned(), ", or as if ")
         );
         let exactly = "all but rounding".to_owned();
         self.because = all

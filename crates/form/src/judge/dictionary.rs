@@ -405,7 +405,9 @@ fn mass(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
     let names = quadrature::names(problem.dim).iter();
     let others = names.chain(quadrature::foreign(problem.dim));
     let others = others.filter_map(|name| quadrature::rule(problem.dim, name));
-    let others = others.filter(|rule| rule.name != own[0].name);
+    // Those that are exact for the product give the same.
+    let degree = 2 * problem.unknowns[unknown].space.element.degree();
+    let others = others.filter(|rule| rule.name != own[0].name && rule.degree < degree);
     let each = others.map(|rule| (Some(rule.name), rule));
     for (rule, cells) in std::iter::once((None, own[0].clone())).chain(each) {
         all.push(Entry {

@@ -20,7 +20,7 @@ const CONTRAST: f64 = 1e-2;
 /// Changes that are tried in pairs.
 const PAIRED: usize = 120;
 /// Pairs, and changes beside one, that are looked at closely.
-const CLOSELY: usize = 12;
+const CLOSELY: usize = 24;
 /// Changes in one explanation.
 const MOST: usize = 4;
 /// Steps of Newton's method for the numbers of changes, which begin where no more than this part of the largest row is left.
