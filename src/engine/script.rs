@@ -91,7 +91,6 @@ pub struct Written {
     pub times: Vec<Option<f64>>,
     /// As messages call it.
     name: String,
-    path: PathBuf,
     series: RefCell<Series>,
     /// The number of the time that was read last, so that those who ask in turn share it.
     last: RefCell<Option<(usize, Rc<Results>)>>,
@@ -104,20 +103,11 @@ impl Written {
         let written = Written {
             times: series.times.clone(),
             name,
-            path: path.to_owned(),
             series: RefCell::new(series),
             last: RefCell::new(None),
         };
         written.at(written.times.len() - 1)?;
         Ok(written)
-    }
-
-    /// The mesh with its fields, as the file has them.
-    ///
-    /// # Errors
-    /// A file that cannot be read.
-    pub fn mesh(&self) -> Result<Mesh> {
-        Ok(io::open(&self.path, super::meshio_python().as_deref())?.mesh)
     }
 
     /// The k-th of its results.

@@ -8,6 +8,7 @@ use crate::run::{FaceOff, Label};
 use crate::why::InForm;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::Mesh;
 
 /// The result of a code in the form.
 #[derive(Debug, Serialize)]
@@ -59,8 +60,8 @@ pub(super) fn judge(
     };
     let form = with(form, &rung.parameters);
     let each = players.iter().zip(&rung.left).filter_map(|(player, left)| {
-        let result = left.as_ref()?.results.first()?.mesh();
-        let found = result.and_then(|result| InForm::new(&form, &mesh, &result));
+        let ask = |result: &Mesh, _| InForm::new(&form, &mesh, result);
+        let found = of.first(player.code, left.as_ref()?, ask);
         let refused = found.as_ref().err().map(ToString::to_string);
         Some(OfForm {
             code: player.name.clone(),

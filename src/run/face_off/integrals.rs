@@ -1,4 +1,4 @@
-//! The numbers of a form: integrals of what each code has found, all taken here, so that codes need not write them.
+//! The numbers of a form: integrals of what each code has found, all taken here, so that codes need not write them; and its results as meshes.
 
 use std::collections::BTreeMap;
 
@@ -51,6 +51,20 @@ impl FaceOff {
             all.add(text)
                 .map_err(|fault| Error::usage(fault.what, fault.remedy))?;
         }
+        self.first(code, left, |result, unit| all.of(source, result, unit))
+    }
+
+    /// What the first result of a code that has it says: a mesh whose fields are called as the face-off calls them, at the last time, and the
+    /// relative error with which its numbers were written.
+    ///
+    /// # Errors
+    /// That of the last result, or that there is none.
+    pub fn first<T>(
+        &self,
+        code: &Code,
+        left: &Left,
+        ask: impl Fn(&Mesh, f64) -> Result<T>,
+    ) -> Result<T> {
         let mut found = Err(Error::usage("it left no result", "let it write its fields"));
         for file in &left.results {
             let mut result = mesh(&*file.at(file.times.len() - 1)?);
@@ -65,7 +79,7 @@ impl FaceOff {
                 .fields
                 .iter()
                 .map(|field| Written::of(&field.values.to_f64()).unit());
-            found = all.of(source, &result, units.fold(0.0, f64::max));
+            found = ask(&result, units.fold(0.0, f64::max));
             if found.is_ok() {
                 break;
             }

@@ -17,6 +17,17 @@ pub struct Entry {
     make: Make,
 }
 
+/// A change whose vector is known.
+pub struct Column {
+    pub change: Change,
+    /// What makes the vector where parameters change.
+    pub entry: Option<Entry>,
+    /// Over the sizes of rows.
+    pub vector: Vec<f64>,
+    /// vector · vector
+    pub square: f64,
+}
+
 enum Make {
     /// The vector of this term.
     Term(usize),

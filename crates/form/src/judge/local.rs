@@ -3,8 +3,8 @@
 use faceoff_fem::linear::General;
 
 use super::change::Change;
-use super::recovery::{Column, largest};
-use super::residual::{Residual, dot};
+use super::dictionary::Column;
+use super::residual::{Residual, dot, largest};
 use crate::own::{Entity, Work};
 use crate::problem::{Bilinear, Domain};
 

@@ -7,9 +7,9 @@
 use faceoff_mesh::parallel;
 
 use super::change::{Cause, Change, Explanation, rank};
-use super::dictionary::{Entry, dictionary};
+use super::dictionary::{Column, Entry, dictionary};
 use super::local::local;
-use super::residual::{Residual, add, dot};
+use super::residual::{Residual, add, dot, largest};
 
 /// Rows that leave no more than this, over their sizes, are left with rounding.
 const ROUNDING: f64 = 1e-13;
@@ -33,17 +33,6 @@ const PLAIN: f64 = 1e-6;
 /// Other explanations that are told, and the rank up to which they always are.
 const ALIKE: usize = 3;
 const PLAINEST: usize = 5;
-
-/// A change whose vector is known.
-pub struct Column {
-    pub change: Change,
-    /// What makes the vector where parameters change.
-    pub entry: Option<Entry>,
-    /// Over the sizes of rows.
-    pub vector: Vec<f64>,
-    /// vector · vector
-    pub square: f64,
-}
 
 /// Some changes, their δ, and the rows that they leave.
 #[derive(Clone)]
@@ -396,14 +385,6 @@ fn scaled(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
     let all = values.iter().zip(&residual.sizes);
     all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
         .collect()
-}
-
-/// The largest |x|; infinite where one is not a number.
-pub fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most, x| match x.is_nan() {
-        true => f64::INFINITY,
-        false => most.max(x.abs()),
-    })
 }
 
 fn norm(x: &[f64]) -> f64 {

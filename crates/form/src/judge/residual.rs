@@ -138,3 +138,11 @@ pub fn add(sum: &mut [f64], values: &[f64], factor: f64) {
     let all = sum.iter_mut().zip(values);
     all.for_each(|(sum, value)| *sum += factor * value);
 }
+
+/// The largest |x|; infinite where one is not a number.
+pub fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| match x.is_nan() {
+        true => f64::INFINITY,
+        false => most.max(x.abs()),
+    })
+}
