@@ -41,6 +41,7 @@ mod settled;
 mod solid;
 mod study;
 mod terminal;
+mod transport;
 mod trust;
 mod unread;
 mod vtk;
