@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use crate::text::number::{number, place};
+use crate::text::number::{number, place, whole};
 use crate::text::{Text, text};
 use faceoff_form::Problem;
-use faceoff_form::judge::{Cause, Change, Interpolated, Part, Term};
-use faceoff_form::problem::Domain;
+use faceoff_form::judge::{Cause, Change, Digits, Given, Interpolated, Part, Penalty, Size, Term};
+use faceoff_form::problem::{Domain, Held};
+use faceoff_form::scalar::Length;
 
 /// A change of a form.
 #[derive(Debug, Serialize)]
@@ -98,6 +99,36 @@ impl Names<'_> {
                 text!("{}{} were {}", name, within, how)
             }
             Change::One { datum } => text!("{} were 1", code(&problem.data[*datum].name)),
+            Change::Size { term, size } => {
+                let within = term.map(|term| text!(" in {}", self.code(term)));
+                let size = match size {
+                    Size::Of(Length::Circumradius) => "the circumradius",
+                    Size::Of(Length::Inradius) => "the inradius",
+                    Size::Of(Length::Facet) => "the length of the facet",
+                    Size::Of(Length::Diameter) => "the diameter",
+                    Size::Largest => "the largest diameter of all cells",
+                    Size::Smallest => "the smallest diameter of all cells",
+                };
+                text!("{} were {}{}", code("h"), size, within)
+            }
+            Change::Normal { term } => {
+                let within = term.map(|term| text!(" in {}", self.code(term)));
+                text!("{} pointed the other way{}", code("n"), within)
+            }
+            Change::Coordinates { digits } => text!(
+                "the coordinates of the vertices were rounded to {}",
+                match digits {
+                    Digits::Single => "single precision".to_owned(),
+                    Digits::Significant(k) => format!("{k} significant digits"),
+                    Digits::Decimals(k) => format!("{k} decimals"),
+                }
+            ),
+            Change::Slope { unknown, axis } => {
+                let unknown = &problem.unknowns[*unknown];
+                let axis = ["x", "y", "z"][*axis];
+                let product = format!("d{}/d{axis}*{}*dx", unknown.name, unknown.test);
+                text!("{} times {} were added", few(*factor), code(&product))
+            }
             Change::Transposed { term } => text!(
                 "the term {} had test function and unknown exchanged",
                 self.code(*term)
@@ -133,6 +164,75 @@ impl Names<'_> {
                 };
                 text!("{} times {}{} were added", few(*factor), code(&product), by)
             }
+            Change::Given { condition, by } => {
+                let held = &problem.held()[*condition];
+                let of = text!("the Dirichlet values of {}", self.held(held));
+                match by {
+                    Given::Free => text!(
+                        "the Dirichlet condition of {} were not imposed",
+                        self.held(held)
+                    ),
+                    Given::Factor if *factor == 0.0 => text!("{} were 0", of),
+                    Given::Factor => has(of, *factor),
+                    Given::Added if *factor < 0.0 => {
+                        text!("{} were smaller by {}", of, few(-factor))
+                    }
+                    Given::Added => text!("{} were larger by {}", of, few(*factor)),
+                    Given::Linear => text!("{} were interpolated by P1", of),
+                    Given::Of(other) => {
+                        text!(
+                            "{} were those of {}",
+                            of,
+                            self.held(&problem.held()[*other])
+                        )
+                    }
+                    Given::Projected(rule) => {
+                        text!("{} were projected in L² by the rule {}", of, code(rule))
+                    }
+                }
+            }
+            Change::Penalty { by } => {
+                let term = match by {
+                    Penalty::AtDofs => "(u - g) at each dof",
+                    Penalty::Integrated => "(u - g)*v*ds",
+                    Penalty::OverH => "(u - g)*v/h*ds",
+                };
+                text!(
+                    "Dirichlet values g were imposed by the penalty {} times {}",
+                    few(*factor),
+                    code(term)
+                )
+            }
+            Change::Exchanged { count, of } => {
+                text!(
+                    "{} of {} values were at each other's places",
+                    whole(*count),
+                    whole(*of)
+                )
+            }
+            Change::Values {
+                count: 1,
+                of,
+                between,
+            } => text!(
+                "one value of {} were another one, at {}",
+                whole(*of),
+                self.at(&between[0])
+            ),
+            Change::Values { count, of, between } => text!(
+                "{} values of {} were others, from {} to {}",
+                whole(*count),
+                whole(*of),
+                self.at(&between[0]),
+                self.at(&between[1])
+            ),
+            Change::Stopped { step, of } => {
+                text!(
+                    "Newton's method had stopped after step {} of {}",
+                    whole(*step),
+                    whole(*of)
+                )
+            }
             Change::Some { term, is_all, .. } => {
                 let what = match is_all {
                     true => text!("all terms over {}", code(&self.measure(*term))),
@@ -141,6 +241,23 @@ impl Names<'_> {
                 has(text!("{} {}", what, self.some(change)), *factor)
             }
         }
+    }
+
+    fn at(&self, x: &[f64; 3]) -> String {
+        place(&x[..self.problem.dim])
+    }
+
+    /// `u[1] on top`
+    fn held(&self, held: &Held) -> Text {
+        let unknown = &self.problem.unknowns[held.unknown];
+        let component = held.component.filter(|_| unknown.space.size.is_some());
+        let component = component.map_or(String::new(), |k| format!("[{k}]"));
+        let group = &self.problem.groups[held.group].name;
+        text!(
+            "{} on {}",
+            code(&format!("{}{component}", unknown.name)),
+            code(group)
+        )
     }
 
     /// `in one cell, at (…)`, `on 3 of 8 facets, from (…) to (…)`.
@@ -155,7 +272,7 @@ impl Names<'_> {
         else {
             return String::new();
         };
-        let at = |x: &[f64; 3]| place(&x[..self.problem.dim]);
+        let at = |x: &[f64; 3]| self.at(x);
         let (within, what) = match domain {
             Domain::Cells => ("in", "cell"),
             _ => ("on", "facet"),
@@ -190,6 +307,12 @@ impl Names<'_> {
                 ("data", term.as_ref(), Some(name.clone()))
             }
             Change::One { datum } => ("one", None, Some(problem.data[*datum].name.clone())),
+            Change::Size { term, .. } => ("size", term.as_ref(), Some("h".to_owned())),
+            Change::Normal { term } => ("normal", term.as_ref(), Some("n".to_owned())),
+            Change::Coordinates { .. } => ("coordinates", None, None),
+            Change::Slope { unknown, .. } => {
+                ("slope", None, Some(problem.unknowns[*unknown].name.clone()))
+            }
             Change::Transposed { term } => ("transposed", Some(term), None),
             Change::Moved { term, group: k } => ("moved", Some(term), Some(group(*k))),
             Change::Group { term, group: k } => ("group", Some(term), Some(group(*k))),
@@ -208,6 +331,14 @@ impl Names<'_> {
             Change::Mass { unknown, .. } => {
                 ("mass", None, Some(problem.unknowns[*unknown].name.clone()))
             }
+            Change::Given { condition, .. } => {
+                let held = &problem.held()[*condition];
+                ("dirichlet", None, Some(group(held.group)))
+            }
+            Change::Penalty { .. } => ("penalty", None, None),
+            Change::Exchanged { .. } => ("exchanged", None, None),
+            Change::Values { between, .. } => ("values", None, Some(self.at(&between[0]))),
+            Change::Stopped { .. } => ("iteration", None, None),
             Change::Some { term, .. } => ("some", Some(term), Some(self.some(&cause.change))),
         };
         CauseTold {

@@ -7,7 +7,7 @@ use crate::run::{RESIDUAL_TOLERANCE, Written};
 use crate::text::number::{share, size, whole};
 use crate::text::{Text, text};
 use faceoff_form::Problem;
-use faceoff_form::judge::{Judged, judge};
+use faceoff_form::judge::{Cause, Judged, judge};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
@@ -17,6 +17,9 @@ const WRITTEN: f64 = 4.0;
 
 /// Of explanations that leave the same, a sentence has so many, and a page all.
 const IN_SENTENCE: usize = 2;
+
+/// How much the causes explain.
+const EXACTLY: &str = "all but rounding";
 
 /// A result in a form.
 #[derive(Debug, Serialize)]
@@ -87,7 +90,7 @@ impl InForm {
                 "solves the form to rounding: the largest residual is {}",
                 size(residual)
             );
-        } else if failing > 0 {
+        } else {
             found.explain(problem);
         }
         Ok(found)
@@ -107,11 +110,22 @@ impl InForm {
             problem,
             terms: &self.judged.terms,
         };
+        let given = &self.judged.given;
+        if self.failing == 0 {
+            if !given.is_empty() {
+                let cause = names.sentence(given);
+                self.sentence = text!("{}; it solves the form as if {}", &self.sentence, &cause);
+                self.because = vec![(cause, EXACTLY.to_owned())];
+                self.explanations = names.told(given, self.residual);
+            }
+            return;
+        }
         let Some(found) = &self.judged.explanation else {
             self.sentence = text!("{}; no change that is known explains it", &self.sentence);
             return;
         };
-        let cause = names.sentence(&found.causes);
+        let all = |causes: &[Cause]| [causes, given].concat();
+        let cause = names.sentence(&all(&found.causes));
         if !found.is_exact {
             self.sentence = text!(
                 "{}; no change that is known explains it, the nearest, as if {}, explains {}",
@@ -122,21 +136,19 @@ impl InForm {
             self.because = vec![(cause, share(found.share))];
             return;
         }
-        let others = found.alike.iter().map(|causes| names.sentence(causes));
+        let others = found.alike.iter();
+        let others = others.map(|causes| names.sentence(&all(causes)));
         let all: Vec<Text> = std::iter::once(cause).chain(others).collect();
         self.sentence = text!(
             "{}; it solves the form as if {}",
             &self.sentence,
             Text::joined(all.iter().take(IN_SENTENCE).cloned(), ", or as if ")
         );
-        let exactly = "all but rounding".to_owned();
-        self.because = all
-            .into_iter()
-            .map(|text| (text, exactly.clone()))
-            .collect();
-        self.explanations = names.told(&found.causes, found.left);
-        let alike = found.alike.iter();
-        self.alike = alike.map(|causes| names.told(causes, found.left)).collect();
+        let each = all.into_iter().map(|text| (text, EXACTLY.to_owned()));
+        self.because = each.collect();
+        let told = |causes: &[Cause]| names.told(&[causes, given].concat(), found.left);
+        self.explanations = told(&found.causes);
+        self.alike = found.alike.iter().map(|causes| told(causes)).collect();
     }
 }
 

@@ -404,7 +404,7 @@ impl Problem {
 
     /// Is the diameter of cells part of F?
     pub fn has_diameter(&self) -> bool {
-        self.has(|node| matches!(node, Node::Diameter(_)))
+        self.has(|node| matches!(node, Node::Length(..)))
     }
 
     /// Are second derivatives part of F?

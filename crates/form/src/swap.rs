@@ -68,7 +68,7 @@ pub(crate) fn random(problem: &Problem, seed: u64, node: Node, is_swapped: bool)
             Side::Minus => -normal(axis),
             _ => normal(axis),
         },
-        Node::Diameter(side) => 1.5 + draw(&Node::Diameter(turned(side))),
+        Node::Length(length, side) => 1.5 + draw(&Node::Length(length, turned(side))),
         Node::Leaf(leaf) => {
             let side = turned(leaf.side);
             let is_continuous = match leaf.field {

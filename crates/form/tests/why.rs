@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use faceoff_form::judge::{Cause, Change, Explanation, Interpolated, Judged, Part, judge};
+use faceoff_form::judge::{Cause, Change, Digits, Explanation, Interpolated, Judged, Part, judge};
 use faceoff_form::problem::{Element, Space};
+use faceoff_form::scalar::{Id, Length, Node, Scalars};
 use faceoff_form::{Problem, own};
 use faceoff_mesh::mesh::generate::union_jack;
-use faceoff_mesh::mesh::{CellKind, Group, Mesh};
+use faceoff_mesh::mesh::{CellKind, Group, Mesh, Triangulation};
 
 /// A square whose inner vertices are moved, so that no two cells are alike.
 fn square(n: usize) -> Mesh {
@@ -175,6 +176,26 @@ fn said(form: &Problem, judged: &Judged, Cause { change, factor }: &Cause) -> St
             format!("{} {by}{of}", form.data[*datum].name)
         }
         Change::One { datum } => format!("{} = 1", form.data[*datum].name),
+        Change::Size { term: k, size } => {
+            let of = k.map_or(String::new(), |k| format!(" in {}", term(&k)));
+            format!("h {size:?}{of}")
+        }
+        Change::Normal { term: k } => {
+            let of = k.map_or(String::new(), |k| format!(" in {}", term(&k)));
+            format!("-n{of}")
+        }
+        Change::Coordinates { digits } => format!("{digits:?}"),
+        Change::Slope { unknown, axis } => {
+            format!("+ {number} ∂{axis}{}", form.unknowns[*unknown].name)
+        }
+        Change::Given { condition, by } => {
+            let held = &form.held()[*condition];
+            format!("{by:?} {number} on {}", group(&held.group))
+        }
+        Change::Penalty { by } => format!("{by:?} {number}"),
+        Change::Exchanged { count, .. } => format!("{count} exchanged"),
+        Change::Values { count, .. } => format!("{count} values"),
+        Change::Stopped { step, of } => format!("step {step} of {of}"),
         Change::Transposed { term: k } => format!("{} transposed", term(k)),
         Change::Moved { term: k, group: g } => format!("{} on {}", term(k), group(g)),
         Change::Group { term: k, group: g } => format!("{} × {number} on {}", term(k), group(g)),
@@ -278,6 +299,10 @@ fn changes_of_diffusion_are_named() {
                 ),
                 (&[("k = \"1 + x*y\"", "k = \"1\"")], "k = 1"),
                 (&[("- f*v*dx", "- f*v*dx + 1e-4*u*v*dx")], "or + 0.0001 u"),
+                (
+                    &[("- f*v*dx", "- f*v*dx + 1e-3*grad(u)[1]*v*dx")],
+                    "+ 0.001 ∂1u",
+                ),
                 (
                     &[("- t*v", "+ t*v*ds(facet) - t*v")],
                     "t*v*ds(right) × 0 in 1",
@@ -434,6 +459,151 @@ fn rules_and_data_at_centres_are_named() {
     }
 }
 
+#[test]
+fn sizes_of_cells_and_normals_are_named() {
+    let mesh = square(5);
+    let form = parse(PENALTY, &mesh);
+    let replaced = |with: &dyn Fn(&mut Scalars, Node) -> Option<Id>| {
+        let change = |p: &mut Problem| {
+            let terms = p.integrals.iter_mut().flat_map(|i| i.terms.values_mut());
+            for value in terms {
+                *value = p
+                    .scalars
+                    .map(*value, &mut |scalars, node| with(scalars, node));
+            }
+        };
+        exact(&form, &put(PENALTY, &form, &mesh, change))
+    };
+    for length in [Length::Circumradius, Length::Inradius, Length::Facet] {
+        let found = replaced(&|scalars, node| match node {
+            Node::Length(_, side) => Some(scalars.push(Node::Length(length, side))),
+            _ => None,
+        });
+        assert_eq!(found[0], format!("h Of({length:?})"), "{found:?}");
+    }
+    let largest = (0..mesh.cells_of(CellKind::Triangle).count()).map(|cell| {
+        let mesh = Triangulation::new("square", &mesh).expect("it is sound");
+        mesh.geometry(cell).diameter
+    });
+    let largest = largest.fold(0.0, f64::max);
+    let found = replaced(&|scalars, node| match node {
+        Node::Length(..) => Some(scalars.number(largest)),
+        _ => None,
+    });
+    assert_eq!(found[0], "h Largest", "{found:?}");
+    let found = replaced(&|scalars, node| match node {
+        Node::Normal(..) => {
+            let n = scalars.push(node);
+            Some(scalars.negative(n))
+        }
+        _ => None,
+    });
+    assert_eq!(found[0], "-n", "{found:?}");
+}
+
+/// What is told of Dirichlet values that are other ones.
+fn told_of_values(text: &str, edits: &[(&str, &str)], mesh: &Mesh) -> String {
+    let form = parse(text, mesh);
+    let mut changed = text.to_owned();
+    for (from, to) in edits {
+        assert!(changed.contains(from), "no {from} in {text}");
+        changed = changed.replacen(from, to, 1);
+    }
+    let judged = put(&changed, &form, mesh, |_| ());
+    assert!(judged.rows[0].error < 1e-12, "{edits:?}: all rows hold");
+    all(&form, &judged, &judged.given)
+}
+
+#[test]
+fn other_dirichlet_values_are_named() {
+    let mesh = square(6);
+    for element in ["P1", "P2", "CR"] {
+        let text = diffusion(element)
+            .replace("left = 0", "left = \"y^2\"")
+            .replace("bottom = \"x\"", "bottom = \"sin(3*(x + y))\"");
+        let of = |from, to| told_of_values(&text, &[(from, to)], &mesh);
+        let bottom = |to| of("bottom = \"sin(3*(x + y))\"", to);
+        assert_eq!(
+            bottom("bottom = \"1.001*sin(3*(x + y))\""),
+            "Factor 1.001 on bottom"
+        );
+        assert_eq!(bottom("bottom = 0"), "Factor 0 on bottom");
+        assert_eq!(
+            bottom("bottom = \"-sin(3*(x + y))\""),
+            "Factor -1 on bottom"
+        );
+        assert_eq!(
+            bottom("bottom = \"sin(3*(x + y)) - 0.01\""),
+            "Added -0.01 on bottom"
+        );
+        assert_eq!(bottom("bottom = \"y^2\""), "Factor 0 on bottom");
+        assert_eq!(
+            of("left = \"y^2\"", "left = \"sin(3*(x + y))\""),
+            "Of(1) 1 on left"
+        );
+        assert_eq!(bottom(""), "Free 1 on bottom");
+        assert_eq!(
+            of(
+                "left = \"y^2\"\nbottom = \"sin(3*(x + y))\"",
+                "left = \"2*y^2\"\nbottom = \"3*sin(3*(x + y))\""
+            ),
+            "Factor 2 on left and Factor 3 on bottom"
+        );
+        let term = "t*v*ds(right)";
+        let weakly = |more: &str| {
+            let edits = [
+                ("left = \"y^2\"\nbottom = \"sin(3*(x + y))\"", ""),
+                (term, &*format!("{term} {more}")),
+            ];
+            told_of_values(&text, &edits, &mesh)
+        };
+        // A penalty on CR is also one on functions of the other faces.
+        if element != "CR" {
+            let of = |left: &str, bottom: &str| {
+                weakly(&format!(
+                    "+ {left}*(u - y^2)*v*ds(left) + {bottom}*(u - sin(3*(x + y)))*v*ds(bottom)"
+                ))
+            };
+            assert_eq!(of("1e6", "1e6"), "Integrated 1000000");
+            assert_eq!(of("20/h", "20/h"), "OverH 20");
+            assert_eq!(of("1e4", "1e6"), "");
+        }
+        // What is not known is not called one.
+        assert_eq!(bottom("bottom = \"sin(3*(x + y)) + 1e-3*sin(7*x)\""), "");
+        assert_eq!(of("left = \"y^2\"", "left = \"y^3\""), "");
+        if element != "P1" {
+            // Right at the vertices alone.
+            let form = parse(&text, &mesh);
+            let other = parse(&text.replace(element, "P1"), &mesh);
+            let linear = own::solve(&other, &mesh).expect("it is regular");
+            let (cells, fields) = own::output(&linear.assembler, &linear.u);
+            let judged = judge(&form, &mesh, &Mesh { fields, ..cells }, 2e-16);
+            let judged = judged.unwrap_or_else(|e| panic!("{e}"));
+            let found = all(&form, &judged, &judged.given);
+            assert_eq!(found, "Linear 1 on bottom and Linear 1 on left");
+        }
+    }
+}
+
+#[test]
+fn coordinates_that_were_rounded_are_named() {
+    let (text, mesh) = (diffusion("P1"), square(8));
+    let form = parse(&text, &mesh);
+    for digits in [Digits::Significant(6), Digits::Decimals(7), Digits::Single] {
+        let mut rounded = mesh.clone();
+        for x in rounded.points.to_mut().iter_mut().flatten() {
+            *x = digits.round(*x);
+        }
+        let solution = own::solve(&form, &rounded).unwrap_or_else(|e| panic!("{e}"));
+        let (cells, fields) = own::output(&solution.assembler, &solution.u);
+        let result = Mesh { fields, ..cells };
+        let judged = judge(&form, &mesh, &result, 2e-16).unwrap_or_else(|e| panic!("{e}"));
+        let found = exact(&form, &judged);
+        // Below 1 digits and decimals are one.
+        assert!(found.contains(&format!("{digits:?}")), "{found:?}");
+    }
+}
+
 /// What is no change that is known is not called one.
 #[test]
 fn nothing_is_accused_that_was_not_changed() {
@@ -479,17 +649,47 @@ fn nothing_is_accused_that_was_not_changed() {
     }
     let judged = put(&text, &form, &mesh, |_| ());
     assert!(judged.explanation.is_none() && judged.rows[0].error < 1e-13);
-    // Values that were changed at a few vertices, and an iteration that stopped early.
+}
+
+/// What shows only beside the solution.
+#[test]
+fn wrong_values_and_iterations_that_stopped_are_named() {
+    let (text, mesh) = (diffusion("P1"), square(8));
+    let form = parse(&text, &mesh);
     let solution = own::solve(&form, &mesh).expect("it is regular");
+    let of = |u: &[f64]| {
+        let (cells, fields) = own::output(&solution.assembler, u);
+        let judged = judge(&form, &mesh, &Mesh { fields, ..cells }, 2e-16);
+        let judged = judged.unwrap_or_else(|e| panic!("{e}"));
+        assert!(judged.rows[0].error > 1e-12);
+        exact(&form, &judged).join(", or ")
+    };
     for (k, size) in [(20, 1e-3), (57, 1e-7), (3, 1e-10)] {
         let mut u = solution.u.clone();
         u[k] += size;
-        u[k + 9] -= 0.3 * size;
-        let (cells, fields) = own::output(&solution.assembler, &u);
-        let judged = judge(&form, &mesh, &Mesh { fields, ..cells }, 2e-16).unwrap();
-        assert!(judged.rows[0].error > 1e-12, "vertex {k} is free");
-        let found = exact(&form, &judged);
-        assert!(found.is_empty(), "vertex {k}: {found:?}");
+        assert_eq!(of(&u), "1 values");
+        u.swap(k, k + 9);
+        // One of them is wrong as well.
+        assert!(size < 1e-6 || of(&u) != "2 exchanged");
+        u[k + 9] -= size;
+        assert_eq!(of(&u), "2 exchanged");
+    }
+    // All of them wrong by chance are not explained.
+    let noisy = solution.u.iter().enumerate();
+    let noisy = noisy.map(|(k, u)| u + 1e-6 * (7.0 * k as f64).sin());
+    assert_eq!(of(&noisy.collect::<Vec<f64>>()), "");
+
+    let form = parse(SURFACE, &mesh);
+    let mut steps = Vec::new();
+    let solution = own::solve_with(&form, &mesh, |u| steps.push(u.to_vec()));
+    let solution = solution.expect("it is regular");
+    assert!(steps.len() > 4, "{} steps", steps.len());
+    for step in 1..4 {
+        let (cells, fields) = own::output(&solution.assembler, &steps[step - 1]);
+        let judged = judge(&form, &mesh, &Mesh { fields, ..cells }, 2e-16);
+        let judged = judged.unwrap_or_else(|e| panic!("{e}"));
+        let wanted = format!("step {step} of {}", steps.len());
+        assert_eq!(exact(&form, &judged), [wanted]);
     }
 }
 

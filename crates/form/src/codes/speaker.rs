@@ -43,7 +43,7 @@ impl<'a> Speaker<'a> {
             Node::Coordinate(k) => code.coordinates[k].into(),
             Node::Normal(k, Side::Minus) => format!("(-{})", code.normals[k]),
             Node::Normal(k, _) => code.normals[k].into(),
-            Node::Diameter(side) => {
+            Node::Length(_, side) => {
                 (code.on_side)(code.diameter[self.problem.dim - 2].into(), side)
             }
             Node::Leaf(leaf) => self.leaf(leaf),

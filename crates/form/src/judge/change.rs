@@ -1,6 +1,7 @@
 //! What may be different in the form that a code solved.
 
 use crate::problem::Domain;
+use crate::scalar::Length;
 
 /// A change of a form.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +36,23 @@ pub enum Change {
     One {
         /// Its position.
         datum: usize,
+    },
+    /// A term, or all, has another length for h.
+    Size {
+        /// Its position; none of all.
+        term: Option<usize>,
+        /// Which.
+        size: Size,
+    },
+    /// The normal points the other way in a term, or in all.
+    Normal {
+        /// Its position; none of all.
+        term: Option<usize>,
+    },
+    /// The coordinates of the vertices are rounded.
+    Coordinates {
+        /// To which digits.
+        digits: Digits,
     },
     /// A term has test function and unknown exchanged.
     Transposed {
@@ -76,6 +94,48 @@ pub enum Change {
         /// The name of the rule, if it is not that of the form.
         rule: Option<&'static str>,
     },
+    /// The integral of a partial derivative of an unknown times its test function is added, with a factor.
+    Slope {
+        /// The position of the unknown.
+        unknown: usize,
+        /// Along which axis.
+        axis: usize,
+    },
+    /// The values on a group are not imposed as they are given.
+    Given {
+        /// The position of the condition in [`Problem::held`](crate::Problem::held).
+        condition: usize,
+        /// What they are.
+        by: Given,
+    },
+    /// Dirichlet values are imposed by a penalty.
+    Penalty {
+        /// How.
+        by: Penalty,
+    },
+    /// Right values are at each other's places.
+    Exchanged {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        of: usize,
+    },
+    /// A few values are wrong.
+    Values {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        of: usize,
+        /// Between which places they are.
+        between: [[f64; 3]; 2],
+    },
+    /// Newton's method, from the start that all scripts have, was stopped early.
+    Stopped {
+        /// After which step, from 1.
+        step: usize,
+        /// Of how many.
+        of: usize,
+    },
     /// A term, or all over one measure, has a factor on some cells or facets.
     Some {
         /// Its position, or that of the first of them.
@@ -102,6 +162,68 @@ pub enum Interpolated {
     Degree(u8),
 }
 
+/// What may be taken for h in place of the diameter of the cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Size {
+    /// Another length of the cell or facet.
+    Of(Length),
+    /// The largest diameter of all cells.
+    Largest,
+    /// The smallest.
+    Smallest,
+}
+
+/// How a coordinate is rounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Digits {
+    /// To so many significant digits.
+    Significant(usize),
+    /// To so many decimals.
+    Decimals(usize),
+    /// To a number in single precision.
+    Single,
+}
+
+impl Digits {
+    /// The number that is left.
+    pub fn round(self, x: f64) -> f64 {
+        let text = match self {
+            Digits::Single => return f64::from(x as f32),
+            Digits::Significant(digits) => format!("{x:.*e}", digits.saturating_sub(1)),
+            Digits::Decimals(digits) => format!("{x:.digits$}"),
+        };
+        text.parse().unwrap_or(x)
+    }
+}
+
+/// What values are in place of given ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Given {
+    /// Those with which the equations hold that the condition takes away: nothing is imposed.
+    Free,
+    /// The given ones times a number.
+    Factor,
+    /// The given ones and a number.
+    Added,
+    /// Those of the function that is linear on each facet and right at its vertices.
+    Linear,
+    /// Those of another condition, by its position.
+    Of(usize),
+    /// The projection in L² by this rule.
+    Projected(&'static str),
+}
+
+/// How a penalty imposes values: what has the factor k.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Penalty {
+    /// The difference u - g at each dof.
+    AtDofs,
+    /// The integral of (u - g) v.
+    Integrated,
+    /// The integral of (u - g) v/h.
+    OverH,
+}
+
 /// A part of a term.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
@@ -114,11 +236,16 @@ pub enum Part {
 impl Change {
     /// Is it there or not, without a number?
     pub fn is_whole(&self) -> bool {
-        use Change::{Data, Moved, One, Rule, Transposed};
-        matches!(
-            self,
-            Rule { .. } | Data { .. } | One { .. } | Transposed { .. } | Moved { .. }
-        )
+        use Change::{Coordinates, Data, Moved, Normal, One, Rule, Size, Transposed};
+        let is_of_data = matches!(self, Rule { .. } | Data { .. } | One { .. } | Size { .. });
+        is_of_data
+            || matches!(self, Transposed { .. } | Moved { .. })
+            || matches!(self, Normal { .. } | Coordinates { .. })
+            || matches!(
+                self,
+                Change::Exchanged { .. } | Change::Values { .. } | Change::Stopped { .. }
+            )
+            || matches!(self, Change::Given { by, .. } if !matches!(by, Given::Factor | Given::Added))
     }
 
     /// Is it one of a whole term, datum or parameter, wherever that is?
@@ -140,8 +267,20 @@ impl Change {
             | Change::Part { term, .. }
             | Change::Varying { term, .. }
             | Change::Some { term, .. } => Some(term),
-            Change::Rule { term, .. } | Change::Data { term, .. } => term,
-            Change::Parameter { .. } | Change::One { .. } | Change::Mass { .. } => None,
+            Change::Rule { term, .. }
+            | Change::Data { term, .. }
+            | Change::Size { term, .. }
+            | Change::Normal { term } => term,
+            Change::Parameter { .. }
+            | Change::One { .. }
+            | Change::Mass { .. }
+            | Change::Slope { .. }
+            | Change::Given { .. }
+            | Change::Penalty { .. }
+            | Change::Exchanged { .. }
+            | Change::Values { .. }
+            | Change::Stopped { .. }
+            | Change::Coordinates { .. } => None,
         }
     }
 
@@ -153,9 +292,12 @@ impl Change {
             Change::Parameter { .. } => 1,
             Change::Factor { .. } => 2,
             Change::Rule { .. } | Change::Data { .. } | Change::One { .. } => 3,
+            Change::Size { .. } | Change::Normal { .. } | Change::Coordinates { .. } => 3,
             Change::Transposed { .. } | Change::Moved { .. } => 4,
             Change::Group { .. } | Change::Mass { .. } => 5,
-            Change::Part { .. } => 6,
+            Change::Given { .. } | Change::Penalty { .. } => 5,
+            Change::Exchanged { .. } | Change::Values { .. } | Change::Stopped { .. } => 5,
+            Change::Slope { .. } | Change::Part { .. } => 6,
             Change::Some { .. } => 7,
             Change::Varying { .. } => 8,
         }

@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use faceoff_fem::quadrature::{self, Rule};
 use faceoff_mesh::parallel;
 
-use super::change::{Change, Interpolated, Part};
+use super::change::{Change, Digits, Interpolated, Part, Size};
 use super::residual::{Residual, add};
-use crate::own::Work;
+use crate::own::{Assembler, Wanted, Work};
 use crate::problem::{Bilinear, Domain, Element, Integral, Problem, Space};
-use crate::scalar::{Field, Id, Leaf, Node, Side};
+use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars, Side};
 
 /// A change, and what makes its vector.
 pub struct Entry {
@@ -40,6 +40,8 @@ enum Make {
         rules: [Rule; 2],
         less: Vec<usize>,
     },
+    /// The form on vertices that are elsewhere, less the form.
+    Coordinates(Digits),
 }
 
 /// Derivatives by parameters are differences over this part of their values.
@@ -51,6 +53,22 @@ impl Entry {
         match &self.make {
             Make::Term(term) => term_at(residual, *term, parameters),
             Make::Parameter(k) => slope(*k, parameters, |p| residual.with(p)),
+            Make::Coordinates(digits) => {
+                let mut source = residual.source.clone();
+                for x in source.points.to_mut().iter_mut().flatten() {
+                    *x = digits.round(*x);
+                }
+                let integrals = residual.problem.clone().residual();
+                let moved = Assembler::of(residual.problem, &source, &integrals, false);
+                let Ok(moved) = moved else {
+                    return vec![0.0; residual.u.len()];
+                };
+                let state = residual.state(parameters);
+                let mut all = moved.assemble(state, Wanted::Residual).residual;
+                residual.free(&mut all);
+                add(&mut all, &residual.with(parameters), -1.0);
+                all
+            }
             Make::Integrals {
                 problem,
                 integrals,
@@ -64,7 +82,8 @@ impl Entry {
                     .enumerate()
                     .filter(|(k, _)| factor(*k) != 0.0)
                 {
-                    let own = integrated(residual, problem, integral, rules, parameters);
+                    let mut own = integrated(residual, problem, integral, rules, parameters);
+                    residual.free(&mut own);
                     add(&mut all, &own, factor(k));
                     if let Some(term) = less.get(k) {
                         add(&mut all, &term_at(residual, *term, parameters), -factor(k));
@@ -116,10 +135,13 @@ fn term_at(residual: &Residual<'_>, term: usize, parameters: &[f64]) -> Vec<f64>
     }
     let problem = residual.problem;
     let integral = &problem.integrals[term];
-    integrated(residual, problem, integral, &problem.rules(), parameters)
+    let mut all = integrated(residual, problem, integral, &problem.rules(), parameters);
+    residual.free(&mut all);
+    all
 }
 
-fn integrated(
+/// The integral of a problem with the same spaces at the result, in all rows.
+pub fn integrated(
     residual: &Residual<'_>,
     problem: &Problem,
     integral: &Integral,
@@ -138,7 +160,6 @@ fn integrated(
             all[*dof] += value;
         }
     });
-    residual.free(&mut all);
     all
 }
 
@@ -158,8 +179,24 @@ pub fn dictionary(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
         transposed(problem, term, &mut all);
     }
     (0..problem.data.len()).for_each(|datum| data(problem, datum, &mut all));
-    (0..problem.unknowns.len()).for_each(|unknown| mass(problem, unknown, &mut all));
-    let factors = vec![1.0; problem.integrals.len()];
+    (0..problem.unknowns.len()).for_each(|unknown| added(problem, unknown, &mut all));
+    sizes(residual, &mut all);
+    with_vectors(residual, all)
+}
+
+/// What is looked for where nothing else explains a result, as it takes a form on another mesh each. A result on vertices that are farther
+/// off is not one of the form's mesh.
+pub fn coordinates(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
+    let each = (6..=8).flat_map(|k| [Digits::Significant(k), Digits::Decimals(k)]);
+    let all = each.chain([Digits::Single]).map(|digits| Entry {
+        change: Change::Coordinates { digits },
+        make: Make::Coordinates(digits),
+    });
+    with_vectors(residual, all.collect())
+}
+
+fn with_vectors(residual: &Residual<'_>, all: Vec<Entry>) -> Vec<(Entry, Vec<f64>)> {
+    let factors = vec![1.0; residual.problem.integrals.len()];
     parallel::map(all, |entry| {
         let vector = entry.vector(residual, &residual.parameters, &factors);
         (entry, vector)
@@ -370,48 +407,119 @@ fn data(problem: &Problem, datum: usize, all: &mut Vec<Entry>) {
             with.iter().for_each(|term| push(&[*term], Some(*term)));
         }
     }
-    let mut problem = problem.clone();
-    let mut integrals = problem.integrals.clone();
-    let one = |scalars: &mut crate::scalar::Scalars, node: Node| match node {
+    let one = |scalars: &mut Scalars, node: Node| match node {
         Node::Leaf(leaf) if is_it(&leaf) => {
             Some(scalars.number(if leaf.axis.is_none() { 1.0 } else { 0.0 }))
         }
         _ => None,
     };
-    for value in integrals.iter_mut().flat_map(|i| i.terms.values_mut()) {
-        *value = problem.scalars.map(*value, &mut { one });
-    }
-    let change = Change::One { datum };
-    all.push(changed(
-        change,
-        &problem,
-        of(&with, &integrals),
-        with.clone(),
-    ));
+    let (terms, problem, integrals) = replaced(problem, one);
+    let (change, integrals) = (Change::One { datum }, of(&terms, &integrals));
+    all.push(changed(change, &problem, integrals, terms));
 }
 
-/// The product of an unknown and its test function.
-fn mass(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
+/// The terms that have some nodes, and all terms with others in their place.
+fn replaced(
+    problem: &Problem,
+    with: impl Fn(&mut Scalars, Node) -> Option<Id>,
+) -> (Vec<usize>, Problem, Vec<Integral>) {
     let mut problem = problem.clone();
-    let terms = (0..problem.unknowns[unknown].space.count()).map(|component| {
-        let leaf = |field: Field| Leaf {
-            field,
-            component,
-            axis: None,
-            second: None,
-            side: Side::Here,
-        };
-        let value: Id = problem.scalars.leaf(leaf(Field::Unknown(unknown)));
-        (leaf(Field::Test(unknown)), value)
-    });
-    let integral = Integral {
-        measure: crate::problem::Measure {
-            domain: Domain::Cells,
-            groups: Vec::new(),
-        },
-        terms: terms.collect(),
-        at: 0,
+    let mut integrals = problem.integrals.clone();
+    let mut terms = Vec::new();
+    for (k, integral) in integrals.iter_mut().enumerate() {
+        let mut is_in = false;
+        for value in integral.terms.values_mut() {
+            let mut each = |scalars: &mut Scalars, node: Node| {
+                let other = with(scalars, node);
+                is_in |= other.is_some();
+                other
+            };
+            *value = problem.scalars.map(*value, &mut each);
+        }
+        if is_in {
+            terms.push(k);
+        }
+    }
+    (terms, problem, integrals)
+}
+
+/// Another length for h, and another normal: in all terms that have it, and in each if they are several.
+fn sizes(residual: &Residual<'_>, all: &mut Vec<Entry>) {
+    let (problem, mesh) = (residual.problem, &residual.assembler.mesh);
+    let mut push = |change: &dyn Fn(Option<usize>) -> Change,
+                    with: &dyn Fn(&mut Scalars, Node) -> Option<Id>| {
+        let (terms, problem, integrals) = replaced(problem, with);
+        let one = (terms.len() > 1).then_some(&terms).into_iter().flatten();
+        let each = one.map(|term| (Some(*term), vec![*term]));
+        let whole = (!terms.is_empty()).then(|| (None, terms.clone()));
+        for (term, terms) in whole.into_iter().chain(each) {
+            let integrals = terms.iter().map(|k| integrals[*k].clone()).collect();
+            all.push(changed(change(term), &problem, integrals, terms));
+        }
     };
+    push(&|term| Change::Normal { term }, &|scalars, node| {
+        let is_it = matches!(node, Node::Normal(..));
+        is_it.then(|| {
+            let n = scalars.push(node);
+            scalars.negative(n)
+        })
+    });
+    let mut push = |size: Size, number: Option<f64>| {
+        push(&|term| Change::Size { term, size }, &|scalars, node| {
+            let Node::Length(_, side) = node else {
+                return None;
+            };
+            Some(match (size, number) {
+                (Size::Of(length), _) => scalars.push(Node::Length(length, side)),
+                (_, number) => scalars.number(number.unwrap_or(f64::NAN)),
+            })
+        });
+    };
+    for length in [Length::Circumradius, Length::Inradius, Length::Facet] {
+        push(Size::Of(length), None);
+    }
+    if problem.has_diameter() {
+        let each = (0..mesh.cell_count()).map(|cell| mesh.geometry(cell).diameter);
+        let [low, high] = each.fold([f64::INFINITY, 0.0], |[low, high], h| {
+            [h.min(low), h.max(high)]
+        });
+        push(Size::Largest, Some(high));
+        push(Size::Smallest, Some(low));
+    }
+}
+
+/// What may be added: the product of an unknown, or a partial derivative of it, and its test function.
+fn added(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
+    let (mut problem, dim) = (problem.clone(), problem.dim);
+    let is_vector = problem.unknowns[unknown].space.element.is_vector();
+    let mut product = |axis: Option<usize>| {
+        let terms = (0..problem.unknowns[unknown].space.count()).map(|component| {
+            let leaf = |field: Field, axis: Option<usize>| Leaf {
+                field,
+                component,
+                axis,
+                second: None,
+                side: Side::Here,
+            };
+            let value: Id = problem.scalars.leaf(leaf(Field::Unknown(unknown), axis));
+            (leaf(Field::Test(unknown), None), value)
+        });
+        Integral {
+            measure: crate::problem::Measure {
+                domain: Domain::Cells,
+                groups: Vec::new(),
+            },
+            terms: terms.collect(),
+            at: 0,
+        }
+    };
+    let integral = product(None);
+    let axes = if is_vector { 0..0 } else { 0..dim };
+    let slopes: Vec<Integral> = axes.map(|axis| product(Some(axis))).collect();
+    for (axis, slope) in slopes.into_iter().enumerate() {
+        let change = Change::Slope { unknown, axis };
+        all.push(changed(change, &problem, vec![slope], Vec::new()));
+    }
     let own = problem.rules();
     let names = quadrature::names(problem.dim).iter();
     let others = names.chain(quadrature::foreign(problem.dim));

@@ -6,6 +6,8 @@
 
 mod change;
 mod dictionary;
+mod given;
+mod known;
 mod local;
 mod recovery;
 mod residual;
@@ -13,8 +15,8 @@ mod residual;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
 
-pub use change::{Cause, Change, Explanation, Interpolated, Part};
-use residual::Residual;
+pub use change::{Cause, Change, Digits, Explanation, Given, Interpolated, Part, Penalty, Size};
+use residual::{Residual, largest};
 
 use crate::own::places;
 use crate::problem::Problem;
@@ -36,6 +38,8 @@ pub struct Judged {
     pub terms: Vec<Term>,
     /// The change of the form that the result solves; none where it solves the form itself, or none is known.
     pub explanation: Option<Explanation>,
+    /// What Dirichlet values are in place of the given ones: a change for each condition, if all are known.
+    pub given: Vec<Cause>,
 }
 
 /// An equation, or a given value.
@@ -85,8 +89,22 @@ pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh, unit: f64) -> Resu
         held,
         means: off_means(&residual),
         terms: terms.collect(),
-        explanation: recovery::explain(&residual, unit),
+        explanation: explanation(&residual, unit),
+        given: given::explain(&residual, unit),
     })
+}
+
+/// A change of the form, or else one of the values.
+fn explanation(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
+    let is_solved = largest(&recovery::scaled(residual, &residual.values)) <= recovery::limit(unit);
+    if is_solved {
+        return None;
+    }
+    let found = recovery::explain(residual, unit);
+    match found.as_ref().is_some_and(|found| found.is_exact) {
+        true => found,
+        false => known::explain(residual, unit).or(found),
+    }
 }
 
 fn relative(value: f64, size: f64) -> f64 {

@@ -7,7 +7,7 @@
 use faceoff_mesh::parallel;
 
 use super::change::{Cause, Change, Explanation, rank};
-use super::dictionary::{Column, Entry, dictionary};
+use super::dictionary::{Column, Entry, coordinates, dictionary};
 use super::local::local;
 use super::residual::{Residual, add, dot, largest};
 
@@ -42,18 +42,41 @@ struct Trial {
     left: f64,
 }
 
-/// Why a result does not solve a form; none where it does, or where no change that is known explains half of it.
+/// What counts as rounding in rows, over their sizes.
+pub fn limit(unit: f64) -> f64 {
+    ROUNDING.max(WRITTEN * unit)
+}
+
+/// Why a result does not solve a form; none where no change that is known explains half of it.
 pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
     let b: Vec<f64> = scaled(residual, &residual.values)
         .iter()
         .map(|r| -r)
         .collect();
     let worst = largest(&b);
-    let rounding = ROUNDING.max(WRITTEN * unit).min(CONTRAST * worst);
-    if worst <= ROUNDING.max(WRITTEN * unit) {
-        return None;
+    let rounding = limit(unit).min(CONTRAST * worst);
+    let among = |columns: &[Column]| {
+        let search = Search {
+            residual,
+            columns,
+            rounding,
+            b: &b,
+        };
+        search.explanation()
+    };
+    let mut all = columns(residual, dictionary(residual));
+    all.extend(local(residual, &b, rounding));
+    let found = among(&all);
+    if found.as_ref().is_some_and(|found| found.is_exact) {
+        return found;
     }
-    let all = dictionary(residual).into_iter().map(|(entry, vector)| {
+    let others = among(&columns(residual, coordinates(residual)));
+    others.filter(|others| others.is_exact).or(found)
+}
+
+/// Entries with their vectors over the sizes of rows; what is nothing here explains nothing.
+fn columns(residual: &Residual<'_>, entries: Vec<(Entry, Vec<f64>)>) -> Vec<Column> {
+    let all = entries.into_iter().map(|(entry, vector)| {
         let vector = scaled(residual, &vector);
         let square = dot(&vector, &vector);
         Column {
@@ -63,16 +86,7 @@ pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
             square,
         }
     });
-    // What is nothing here explains nothing.
-    let mut columns: Vec<Column> = all.filter(|c| largest(&c.vector) > ROUNDING).collect();
-    columns.extend(local(residual, &b, rounding));
-    let search = Search {
-        residual,
-        columns: &columns,
-        rounding,
-        b: &b,
-    };
-    search.explanation()
+    all.filter(|c| largest(&c.vector) > ROUNDING).collect()
 }
 
 struct Search<'a> {
@@ -306,7 +320,7 @@ impl Search<'_> {
             let change = self.change(*k).clone();
             let factor = match &change {
                 Change::Parameter { parameter } => self.residual.parameters[*parameter] + delta,
-                Change::Mass { .. } | Change::Varying { .. } => *delta,
+                Change::Mass { .. } | Change::Varying { .. } | Change::Slope { .. } => *delta,
                 change if change.is_whole() => 1.0,
                 _ => 1.0 + delta,
             };
@@ -381,7 +395,7 @@ impl Search<'_> {
 }
 
 /// Over the sizes of rows.
-fn scaled(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
+pub fn scaled(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
     let all = values.iter().zip(&residual.sizes);
     all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
         .collect()

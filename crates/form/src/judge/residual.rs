@@ -20,7 +20,9 @@ pub struct Residual<'a> {
     pub means: Vec<(Vec<f64>, f64)>,
     /// F(u; ·), without multipliers of means: 0 where a dof is given.
     pub values: Vec<f64>,
-    /// The same of each term.
+    /// The same with the rows of given dofs, and with what multipliers of means contribute.
+    pub whole: Vec<f64>,
+    /// F(u; ·) of each term, as in `values`.
     pub terms: Vec<Vec<f64>>,
     /// For each row the sum of the absolute values of what it is made of.
     pub sizes: Vec<f64>,
@@ -50,6 +52,7 @@ impl<'a> Residual<'a> {
             held: held(&assembler, source, &parameters)?,
             means: means(problem, &assembler.mesh, &assembler.dofs),
             values: vec![0.0; u.len()],
+            whole: vec![0.0; u.len()],
             terms: Vec::new(),
             sizes: vec![0.0; u.len()],
             assembler,
@@ -60,6 +63,7 @@ impl<'a> Residual<'a> {
             let state = found.state(&found.parameters);
             let mut system = found.assembler.assemble_only(k, state, Wanted::Sizes);
             add(&mut found.sizes, &system.sizes, 1.0);
+            add(&mut found.whole, &system.residual, 1.0);
             found.free(&mut system.residual);
             add(&mut found.values, &system.residual, 1.0);
             found.terms.push(system.residual);

@@ -29,7 +29,7 @@ impl Reader<'_> {
                     (leaf.side, self.field_name(leaf.field))
                 }
                 Node::Normal(_, side) => (side, "n".to_owned()),
-                Node::Diameter(side) => (side, "h".to_owned()),
+                Node::Length(_, side) => (side, "h".to_owned()),
                 _ => continue,
             };
             match measure.domain {

@@ -8,7 +8,7 @@ use super::{
     Fault, MOST_ENTRIES, Meaning, Reader, Result, Tensor, WORDS, fault, kind_of, scalar, transpose,
 };
 use crate::problem::Integral;
-use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
+use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars, Side};
 
 impl Reader<'_> {
     pub(super) fn meaning(&mut self, term: &Term) -> Result<Meaning> {
@@ -111,7 +111,10 @@ impl Reader<'_> {
                     .map(|k| self.scalars.push(Node::Normal(k, Side::Here)))
                     .collect(),
             },
-            "h" => scalar(self.scalars.push(Node::Diameter(Side::Here))),
+            "h" => scalar(
+                self.scalars
+                    .push(Node::Length(Length::Diameter, Side::Here)),
+            ),
             "dx" | "ds" | "dS" => return Ok(Meaning::Measure(self.measure(term, name, &[])?)),
             _ => match self.field(name) {
                 Some(tensor) => tensor,

@@ -178,7 +178,7 @@ impl<'a> Reader<'a> {
         let nodes = self.scalars.nodes_of([id]);
         let is_of_cells = |id: &Id| {
             let node = self.scalars.node(*id);
-            matches!(node, Node::Normal(..) | Node::Diameter(_))
+            matches!(node, Node::Normal(..) | Node::Length(..))
         };
         if nodes.iter().any(is_of_cells) {
             let what = "n or h in a function of the point";

@@ -36,7 +36,7 @@ impl Reader<'_> {
                     Some(s.leaf(Leaf { side: to, ..leaf }))
                 }
                 Node::Normal(k, Side::Here) => Some(s.push(Node::Normal(k, to))),
-                Node::Diameter(Side::Here) => Some(s.push(Node::Diameter(to))),
+                Node::Length(length, Side::Here) => Some(s.push(Node::Length(length, to))),
                 _ => None,
             })
         })

@@ -25,7 +25,7 @@ fn end(node: Node) -> f64 {
         Node::Coordinate(k) => POINT[k],
         Node::Normal(k, Side::Minus) => -NORMAL[k],
         Node::Normal(k, _) => NORMAL[k],
-        Node::Diameter(side) => DIAMETERS[of_side(side)],
+        Node::Length(_, side) => DIAMETERS[of_side(side)],
         Node::Leaf(leaf) => {
             let field = match leaf.field {
                 Field::Unknown(k) => k as f64,

@@ -10,7 +10,7 @@ use super::element::{Table, carriers, vectors};
 use super::tape::{Memory, Slot};
 use super::work::{Block, Entity, Given, Work, order};
 use crate::problem::{Domain, Problem};
-use crate::scalar::{Node, Side};
+use crate::scalar::{Length, Node, Side};
 
 /// What the integrals depend on.
 #[derive(Debug, Clone, Copy)]
@@ -139,7 +139,15 @@ impl Batch<'_> {
                     let sign = if side == Side::Minus { -1.0 } else { 1.0 };
                     fill(&|c| sign * s.geometry[c].normal(placement.facet)[axis]);
                 }
-                Node::Diameter(side) => fill(&|c| s.geometry[of_side(side) + c].diameter),
+                Node::Length(length, side) => {
+                    let facet = (self.work.domain != Domain::Cells).then_some(placement.facet);
+                    // The facet is one of both cells, by its number in the first.
+                    let from = match (length, facet) {
+                        (Length::Facet, Some(_)) => 0,
+                        _ => of_side(side),
+                    };
+                    fill(&|c| length.of(&s.geometry[from + c], facet));
+                }
                 Node::Coordinate(axis) => {
                     for (q, lambda) in placement.points.iter().enumerate() {
                         coordinate(s.tape.row_mut(*slot, q), &s.geometry[..n], lambda, axis);

@@ -21,12 +21,14 @@ mod work;
 
 pub use assemble::{Assembler, System, Wanted};
 pub use batch::State;
+pub(crate) use dofs::is_on_facet;
 pub use dofs::{Dofs, Pattern};
+pub(crate) use element::Shape;
 pub use functional::Functionals;
-pub(crate) use held::means;
 pub use held::{Held, held};
+pub(crate) use held::{means, place, value};
 pub use output::{output, values};
 pub(crate) use places::places;
 pub(crate) use read::read;
-pub use solve::{Solution, solve};
-pub(crate) use work::{Entity, Work};
+pub use solve::{Solution, solve, solve_with};
+pub(crate) use work::{Entity, Work, facets};

@@ -31,6 +31,18 @@ pub struct Solution {
 /// # Errors
 /// A mesh on which nothing can be solved, a singular matrix, values that are not finite, and an iteration that does not converge.
 pub fn solve(problem: &Problem, source: &Mesh) -> Result<Solution> {
+    solve_with(problem, source, |_| ())
+}
+
+/// The same, and calls `with` with the dofs after each step of Newton's method.
+///
+/// # Errors
+/// As [`solve()`].
+pub fn solve_with(
+    problem: &Problem,
+    source: &Mesh,
+    mut with: impl FnMut(&[f64]),
+) -> Result<Solution> {
     let assembler = Assembler::new(problem, source)?;
     let is_linear = problem.clone().is_linear();
     let mut parameters: Vec<f64> = problem.parameters.iter().map(|p| p.value).collect();
@@ -53,7 +65,12 @@ pub fn solve(problem: &Problem, source: &Mesh) -> Result<Solution> {
             old.clone_from(&u);
         }
         let held = held(&assembler, source, &parameters)?;
-        steps += newton(&assembler, &held, &old, &parameters, is_linear, &mut u)?;
+        let state = State {
+            u: &[],
+            old: &old,
+            parameters: &parameters,
+        };
+        steps += newton(&assembler, &held, state, is_linear, &mut u, &mut with)?;
     }
     Ok(Solution {
         assembler,
@@ -66,10 +83,10 @@ pub fn solve(problem: &Problem, source: &Mesh) -> Result<Solution> {
 fn newton(
     assembler: &Assembler,
     held: &Held,
-    old: &[f64],
-    parameters: &[f64],
+    state: State,
     is_linear: bool,
     u: &mut [f64],
+    with: &mut impl FnMut(&[f64]),
 ) -> Result<usize> {
     let mut equations = Reduced::new(assembler, held);
     for step in 1..=MOST_STEPS {
@@ -80,7 +97,7 @@ fn newton(
         } else {
             Wanted::Residual
         };
-        let system = assembler.assemble(State { u, old, parameters }, wanted);
+        let system = assembler.assemble(State { u, ..state }, wanted);
         finite(&assembler.problem, &system.residual)?;
         finite(&assembler.problem, &system.matrix)?;
         let d = equations
@@ -94,6 +111,7 @@ fn newton(
             };
         }
         finite(&assembler.problem, u)?;
+        with(u);
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         if largest(&d) <= SMALL * largest(u) {
             return Ok(step);

@@ -6,6 +6,7 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use faceoff_fem::scene::expression::{Comparison, Function};
+use faceoff_mesh::mesh::CellGeometry;
 
 /// An expression: a node of [`Scalars`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -52,6 +53,19 @@ pub struct Leaf {
     pub side: Side,
 }
 
+/// What a code may take for the size h of a cell; a form has its diameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Length {
+    /// The longest edge.
+    Diameter,
+    /// The radius of the circle or sphere through the vertices.
+    Circumradius,
+    /// The radius of the largest circle or ball inside.
+    Inradius,
+    /// The longest edge of the facet on which it is asked for; inside of cells the shortest edge.
+    Facet,
+}
+
 /// An operation, or a leaf of the graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Node {
@@ -65,8 +79,8 @@ pub enum Node {
     Coordinate(usize),
     /// A component of the unit normal, which points out of the cell.
     Normal(usize, Side),
-    /// The diameter of the cell: its longest edge.
-    Diameter(Side),
+    /// A length of the cell.
+    Length(Length, Side),
     /// A component of a field or of its gradient.
     Leaf(Leaf),
     /// a + b
@@ -81,6 +95,36 @@ pub enum Node {
     Call(Function, Id, Option<Id>),
     /// The third where the first two compare so, else the fourth.
     If(Comparison, [Id; 4]),
+}
+
+impl Length {
+    /// Of a cell; with a facet of it, if it is one of a facet.
+    pub fn of(self, cell: &CellGeometry, facet: Option<usize>) -> f64 {
+        let dim = cell.dim;
+        let edges = |without: Option<usize>| {
+            let own = (0..=dim).filter(move |i| Some(*i) != without);
+            let pairs = own
+                .clone()
+                .flat_map(move |i| own.clone().map(move |j| (i, j)));
+            pairs
+                .filter(|(i, j)| i < j)
+                .map(|(i, j)| (cell.vertices[i] - cell.vertices[j]).norm())
+        };
+        let surface = || (0..=dim).map(|i| cell.face_measure(i)).sum::<f64>();
+        match self {
+            Length::Diameter => cell.diameter,
+            Length::Inradius => dim as f64 * cell.measure() / surface(),
+            Length::Facet if facet.is_some() => edges(facet).fold(0.0, f64::max),
+            Length::Facet => edges(None).fold(f64::INFINITY, f64::min),
+            // In barycentric coordinates the centre is at x₀ + c, where 2 (x_i - x₀)·c = |x_i - x₀|² and c = Σ s_i ∇λ_i, s_i = (x_i - x₀)·c.
+            Length::Circumradius => {
+                let half = |i: usize| 0.5 * (cell.vertices[i] - cell.vertices[0]).norm_squared();
+                let each = (2..=dim).map(|i| cell.gradients[i] * half(i));
+                each.fold(cell.gradients[1] * half(1), |sum, part| sum + part)
+                    .norm()
+            }
+        }
+    }
 }
 
 impl Node {

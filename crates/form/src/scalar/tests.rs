@@ -5,7 +5,7 @@ use std::path::Path;
 use faceoff_fem::scene::expression::{Comparison, Function};
 use faceoff_mesh::mesh::generate::union_jack;
 
-use super::{Field, Id, Leaf, Node, NotLinear, Scalars, Side};
+use super::{Field, Id, Leaf, Length, Node, NotLinear, Scalars, Side};
 use crate::Problem;
 
 /// The same values on every day and machine.
@@ -280,4 +280,35 @@ fn equal_expressions_are_one_node() {
     let sum = s.add(x, zero);
     assert_eq!(sum, x);
     assert_eq!(s.length(product), 5.0);
+}
+
+#[test]
+fn lengths_of_cells_are_those_of_known_ones() {
+    use faceoff_mesh::mesh::CellGeometry;
+    let triangle = CellGeometry::new(2, &[[1.0, 1.0, 0.0], [5.0, 1.0, 0.0], [1.0, 4.0, 0.0]]);
+    let edge = 2.0 * 2.0_f64.sqrt();
+    let corners = [
+        [1.0; 3],
+        [1.0, -1.0, -1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+    ];
+    let tetrahedron = CellGeometry::new(3, &corners);
+    let wanted = [
+        (Length::Diameter, None, 5.0, edge),
+        (Length::Circumradius, None, 2.5, 3.0_f64.sqrt()),
+        (Length::Inradius, None, 1.0, 1.0 / 3.0_f64.sqrt()),
+        (Length::Facet, Some(0), 5.0, edge),
+        (Length::Facet, Some(1), 3.0, edge),
+        (Length::Facet, None, 3.0, edge),
+    ];
+    for (length, facet, of_triangle, of_tetrahedron) in wanted {
+        for (cell, wanted) in [(&triangle, of_triangle), (&tetrahedron, of_tetrahedron)] {
+            let found = length.of(cell, facet);
+            assert!(
+                (found - wanted).abs() < 1e-14,
+                "{length:?}: {found} in place of {wanted}"
+            );
+        }
+    }
 }
