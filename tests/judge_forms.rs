@@ -221,7 +221,32 @@ fn dirichlet_values_that_are_off_are_told_with_their_place() {
         let (most, x) = (&held[0]["residual"], &held[0]["at"][0]);
         let wanted = 1e-3 * x.as_f64().unwrap().exp() * 2_f64.sin();
         assert!((most.as_f64().unwrap() - wanted).abs() < 1e-12, "{told}");
+        let sentence = told["sentence"].as_str().unwrap();
+        let cause = "as if the Dirichlet values of `u` on `top` had the factor 1.001";
+        assert!(sentence.contains(cause), "{sentence}");
+        assert_eq!(told["explanations"][0]["kind"], "dirichlet");
     }
+}
+
+#[test]
+fn a_penalty_in_place_of_dirichlet_values_is_told() {
+    let folder = folder();
+    let at = folder.path();
+    let exact = "A.zeroRowsColumns(held, 1.0, d, r)";
+    let penalty = "diagonal = A.getDiagonal()
+    diagonal.array[held] += 1e8
+    A.setDiagonal(diagonal)
+    r.array[held] += 1e8*d.array[held]";
+    let found = result(at, "poisson", "dolfinx", (exact, penalty));
+    let (exit, told) = judge(at, "poisson", &found);
+    assert_eq!(exit, Some(1), "{told}");
+    let sentence = told["sentence"].as_str().unwrap();
+    let cause =
+        "as if Dirichlet values g were imposed by the penalty 10⁸ times `(u - g) at each dof`";
+    assert!(sentence.contains(cause), "{sentence}");
+    assert_eq!(told["explanations"][0]["kind"], "penalty");
+    let factor = told["explanations"][0]["factor"].as_f64().unwrap();
+    assert!((factor - 1e8).abs() < 1e3, "{told}");
 }
 
 #[test]

@@ -70,15 +70,19 @@ impl Names<'_> {
         let problem = self.problem;
         let group = |k: usize| code(&problem.groups[k].name);
         match change {
-            Change::Factor { term } => has(text!("the term {}", self.code(*term)), *factor),
+            Change::Factor { term } => {
+                let words = has(text!("the term {}", self.code(*term)), *factor);
+                text!("{}{}", words, self.of_plane_stress(None, *factor))
+            }
             Change::Group { term, group: k } => has(
                 text!("the term {} on {}", self.code(*term), group(*k)),
                 *factor,
             ),
             Change::Parameter { parameter } => text!(
-                "{} were {}",
+                "{} were {}{}",
                 code(&problem.parameters[*parameter].name),
-                few(*factor)
+                few(*factor),
+                self.origin(*parameter, *factor)
             ),
             Change::Rule { term, rule } => text!(
                 "{} were integrated by the rule {}",
@@ -247,6 +251,37 @@ impl Names<'_> {
         place(&x[..self.problem.dim])
     }
 
+    /// Where the value of a parameter may come from.
+    fn origin(&self, parameter: usize, value: f64) -> Text {
+        let others = self.problem.parameters.iter().enumerate();
+        let mut others = others.filter(|(k, _)| *k != parameter);
+        match others.find(|(_, other)| is_near(other.value, value)) {
+            Some((_, other)) => text!(", the value of {}", code(&other.name)),
+            None => self.of_plane_stress(Some(parameter), value),
+        }
+    }
+
+    /// Is it λ, or the factor of a term, of plane stress in place of plane strain: 2λμ/(λ + 2μ), (1 - 2ν)/(1 - ν)?
+    fn of_plane_stress(&self, parameter: Option<usize>, value: f64) -> Text {
+        let parameters = &self.problem.parameters;
+        let find = |names: &[&str]| {
+            let found = parameters.iter().position(|p| names.contains(&&*p.name));
+            found.map(|k| (k, parameters[k].value))
+        };
+        let lambda = find(&["lam", "lambda", "lmbda"]);
+        let stress = match parameter {
+            Some(parameter) => lambda
+                .zip(find(&["mu", "G"]))
+                .filter(|((k, _), _)| *k == parameter)
+                .map(|((_, l), (_, m))| 2.0 * l * m / (l + 2.0 * m)),
+            None => find(&["nu", "poisson"]).map(|(_, nu)| (1.0 - 2.0 * nu) / (1.0 - nu)),
+        };
+        match stress.is_some_and(|stress| is_near(stress, value)) {
+            true => ", as in plane stress".into(),
+            false => Text::default(),
+        }
+    }
+
     /// `u[1] on top`
     fn held(&self, held: &Held) -> Text {
         let unknown = &self.problem.unknowns[held.unknown];
@@ -349,6 +384,11 @@ impl Names<'_> {
             left,
         }
     }
+}
+
+/// Are they the same to six digits?
+fn is_near(a: f64, b: f64) -> bool {
+    (a - b).abs() <= 1e-6 * a.abs()
 }
 
 /// As few digits as seven of them need.

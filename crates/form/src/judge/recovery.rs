@@ -207,10 +207,20 @@ impl Search<'_> {
         settled.collect()
     }
 
-    /// Does each change matter, and are there more equations to explain than numbers to choose?
+    /// Does each change matter, and are there more equations to explain than numbers to choose? In a term that is missing nothing else matters.
     fn is_used(&self, trial: &Trial) -> bool {
-        let each = trial.of.iter().zip(&trial.deltas);
-        let mut sizes = each.map(|(k, delta)| delta.abs() * largest(&self.columns[*k].vector));
+        let each = || trial.of.iter().zip(&trial.deltas);
+        let missing = each().filter_map(|(k, delta)| match self.change(*k) {
+            Change::Factor { term } if *delta == -1.0 => Some(*term),
+            _ => None,
+        });
+        for term in missing {
+            let of = trial.of.iter().map(|k| self.change(*k));
+            if of.filter(|change| change.term() == Some(term)).count() > 1 {
+                return false;
+            }
+        }
+        let mut sizes = each().map(|(k, delta)| delta.abs() * largest(&self.columns[*k].vector));
         let numbers = trial
             .of
             .iter()
