@@ -285,7 +285,7 @@ impl Change {
     }
 
     /// How far-fetched it is: of changes that explain the same, the smallest counts.
-    fn rank(&self, factor: f64) -> usize {
+    pub(super) fn rank(&self, factor: f64) -> usize {
         let is_plain = factor == 0.0 || factor == -1.0;
         match self {
             Change::Factor { .. } if is_plain => 0,
@@ -326,10 +326,4 @@ pub struct Explanation {
     pub is_exact: bool,
     /// Other changes that leave no more than rounding either.
     pub alike: Vec<Vec<Cause>>,
-}
-
-/// The order of explanations that leave the same: few changes before many, then plain ones before far-fetched ones.
-pub(super) fn rank(causes: &[Cause]) -> usize {
-    let each = causes.iter().map(|cause| cause.change.rank(cause.factor));
-    10 * causes.len() + each.max().unwrap_or(0)
 }

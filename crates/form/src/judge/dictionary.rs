@@ -17,17 +17,6 @@ pub struct Entry {
     make: Make,
 }
 
-/// A change whose vector is known.
-pub struct Column {
-    pub change: Change,
-    /// What makes the vector where parameters change.
-    pub entry: Option<Entry>,
-    /// Over the sizes of rows.
-    pub vector: Vec<f64>,
-    /// vector · vector
-    pub square: f64,
-}
-
 enum Make {
     /// The vector of this term.
     Term(usize),
@@ -52,7 +41,21 @@ impl Entry {
     pub fn vector(&self, residual: &Residual<'_>, parameters: &[f64], factors: &[f64]) -> Vec<f64> {
         match &self.make {
             Make::Term(term) => term_at(residual, *term, parameters),
-            Make::Parameter(k) => slope(*k, parameters, |p| residual.with(p)),
+            Make::Parameter(k) => {
+                let size = parameters[*k].abs();
+                let step = STEP * if size == 0.0 { 1.0 } else { size };
+                let at = |by: f64| {
+                    let mut parameters = parameters.to_vec();
+                    parameters[*k] += by;
+                    residual.with(&parameters)
+                };
+                let mut slope = at(step);
+                add(&mut slope, &at(-step), -1.0);
+                slope
+                    .iter()
+                    .map(|difference| difference / (2.0 * step))
+                    .collect()
+            }
             Make::Coordinates(digits) => {
                 let mut source = residual.source.clone();
                 for x in source.points.to_mut().iter_mut().flatten() {
@@ -94,17 +97,6 @@ impl Entry {
         }
     }
 
-    /// Its derivative by a parameter.
-    pub fn slope(
-        &self,
-        residual: &Residual<'_>,
-        parameter: usize,
-        parameters: &[f64],
-        factors: &[f64],
-    ) -> Vec<f64> {
-        slope(parameter, parameters, |p| self.vector(residual, p, factors))
-    }
-
     /// A factor of a term.
     fn factor(term: usize) -> Self {
         Entry {
@@ -112,20 +104,6 @@ impl Entry {
             make: Make::Term(term),
         }
     }
-}
-
-/// A derivative by a parameter, as a difference.
-fn slope(k: usize, parameters: &[f64], of: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
-    let size = parameters[k].abs();
-    let step = STEP * if size == 0.0 { 1.0 } else { size };
-    let at = |by: f64| {
-        let mut parameters = parameters.to_vec();
-        parameters[k] += by;
-        of(&parameters)
-    };
-    let (high, low) = (at(step), at(-step));
-    let slopes = high.iter().zip(&low).map(|(a, b)| (a - b) / (2.0 * step));
-    slopes.collect()
 }
 
 /// The vector of a term.

@@ -3,8 +3,8 @@
 use faceoff_fem::linear::General;
 
 use super::change::Change;
-use super::dictionary::Column;
-use super::residual::{Residual, dot, largest};
+use super::recovery::Column;
+use super::residual::{Residual, largest};
 use crate::own::{Entity, Work};
 use crate::problem::{Bilinear, Domain};
 
@@ -24,7 +24,7 @@ struct Part {
 }
 
 /// The changes of each term on some cells or facets, with one factor, that explain what is wanted or come nearest.
-pub fn local(residual: &Residual<'_>, b: &[f64], rounding: f64) -> Vec<Column> {
+pub fn local(residual: &Residual<'_>, b: &[f64], rounding: f64) -> Vec<(Change, Column)> {
     let failing = b.iter().filter(|b| b.abs() > rounding).count();
     let free = residual.held.is_held.iter().filter(|is| !**is).count();
     if failing as f64 > ROWS * free as f64 || !residual.means.is_empty() {
@@ -186,7 +186,7 @@ fn column(
     of: usize,
     parts: &[Part],
     chosen: &[usize],
-) -> Option<Column> {
+) -> Option<(Change, Column)> {
     let mut vector = vec![0.0; residual.u.len()];
     let mut between = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     for part in chosen.iter().map(|k| &parts[*k]) {
@@ -196,20 +196,21 @@ fn column(
             between[1][axis] = between[1][axis].max(*x);
         }
     }
-    let square = dot(&vector, &vector);
     // All of them are the whole term.
-    let is_some = !chosen.is_empty() && chosen.len() < of && square > 0.0;
-    is_some.then(|| Column {
-        change: Change::Some {
+    let is_some = !chosen.is_empty() && chosen.len() < of && vector.iter().any(|d| *d != 0.0);
+    is_some.then(|| {
+        let change = Change::Some {
             term: terms[0],
             is_all: terms.len() > 1,
             domain,
             count: chosen.len(),
             of,
             between,
-        },
-        entry: None,
-        vector,
-        square,
+        };
+        let column = Column {
+            plain: &[-1.0, -2.0],
+            ..Column::number(vector, 1.0)
+        };
+        (change, column)
     })
 }

@@ -6,10 +6,11 @@
 
 mod change;
 mod dictionary;
+mod explain;
 mod given;
 mod known;
 mod local;
-mod recovery;
+pub mod recovery;
 mod residual;
 
 use faceoff_mesh::error::Result;
@@ -96,11 +97,10 @@ pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh, unit: f64) -> Resu
 
 /// A change of the form, or else one of the values.
 fn explanation(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
-    let is_solved = largest(&recovery::scaled(residual, &residual.values)) <= recovery::limit(unit);
-    if is_solved {
+    if largest(&explain::wanted(residual, &residual.values)) <= explain::limit(unit) {
         return None;
     }
-    let found = recovery::explain(residual, unit);
+    let found = explain::explain(residual, unit);
     match found.as_ref().is_some_and(|found| found.is_exact) {
         true => found,
         false => known::explain(residual, unit).or(found),

@@ -1,4 +1,4 @@
-//! The fewest changes of a form that leave nothing of a residual.
+//! The fewest changes of a scheme that leave nothing of a residual.
 //!
 //! With b = -F(u; ·) and the vectors d_k of the changes, over the sizes of rows, b = Σ δ_k d_k is sought with few δ_k that are not 0: first with
 //! each change alone, then with each pair, then by adding the one that helps most (orthogonal matching pursuit: Y. Pati, R. Rezaiifar,
@@ -6,15 +6,8 @@
 
 use faceoff_mesh::parallel;
 
-use super::change::{Cause, Change, Explanation, rank};
-use super::dictionary::{Column, Entry, coordinates, dictionary};
-use super::local::local;
-use super::residual::{Residual, add, dot, largest};
+use super::residual::{dot, largest, norm};
 
-/// Rows that leave no more than this, over their sizes, are left with rounding.
-const ROUNDING: f64 = 1e-13;
-/// Of numbers that were rounded when they were written, a row may be off by so many of their last digits.
-const WRITTEN: f64 = 4.0;
 /// A cause leaves no more than this part of the largest row.
 const CONTRAST: f64 = 1e-2;
 /// Changes that are tried in pairs.
@@ -24,126 +17,140 @@ const CLOSELY: usize = 24;
 /// Changes in one explanation.
 const MOST: usize = 4;
 /// Steps of Newton's method for the numbers of changes, which begin where no more than this part of the largest row is left.
-const MOST_STEPS: usize = 8;
+const MOST_STEPS: usize = 12;
 const NEAR: f64 = 0.3;
-/// The nearest change is told if it explains this part.
-const NEAREST: f64 = 0.5;
+/// They go on while each leaves no more than this part of what the one before has left.
+const SLOW: f64 = 0.7;
+/// Derivatives by numbers are differences over this part of their sizes.
+const STEP: f64 = 1e-4;
 /// A number is a plain one, such as -1, if it is this near.
 const PLAIN: f64 = 1e-6;
-/// Other explanations that are told, and the rank up to which they always are.
-const ALIKE: usize = 3;
-const PLAINEST: usize = 5;
+/// With three changes or more anything can be had of those that are beyond this rank.
+pub const PLAINEST: usize = 5;
 
-/// Some changes, their δ, and the rows that they leave.
-#[derive(Clone)]
-struct Trial {
-    of: Vec<usize>,
-    deltas: Vec<f64>,
-    left: f64,
+/// A scheme in which a result leaves something, and the changes of it that are looked for.
+pub trait Scheme {
+    /// What each change adds to the rows.
+    fn columns(&self) -> &[Column];
+
+    /// b with all of these changes, each with its number; none where no more is known of one of them than its vector.
+    fn left(&self, changes: &[(usize, f64)]) -> Option<Vec<f64>>;
+
+    /// Is what these changes add together not the sum of what each adds, or no multiple of its number?
+    fn is_curved(&self, of: &[usize]) -> bool;
+
+    /// How far-fetched a change is: of those that explain the same, the smallest counts.
+    fn rank(&self, change: usize, number: f64) -> usize;
+
+    /// May these changes be a cause at all?
+    fn is_sound(&self, trial: &Trial) -> bool;
 }
 
-/// What counts as rounding in rows, over their sizes.
-pub fn limit(unit: f64) -> f64 {
-    ROUNDING.max(WRITTEN * unit)
+/// What a change adds to the rows, over their sizes.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// For each row; of a change with a number, for the number 1, or by a unit of it where it is 0.
+    pub vector: Vec<f64>,
+    /// vector · vector
+    pub square: f64,
+    /// Is it there or not, without a number?
+    pub is_whole: bool,
+    /// What is small for its number is small against this.
+    pub size: f64,
+    /// Numbers that are meant where one is near.
+    pub plain: &'static [f64],
+    /// From where Newton's method is tried where least squares lead nowhere.
+    pub starts: &'static [f64],
 }
 
-/// Why a result does not solve a form; none where no change that is known explains half of it.
-pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
-    let b: Vec<f64> = scaled(residual, &residual.values)
-        .iter()
-        .map(|r| -r)
-        .collect();
-    let worst = largest(&b);
-    let rounding = limit(unit).min(CONTRAST * worst);
-    let among = |columns: &[Column]| {
-        let search = Search {
-            residual,
-            columns,
-            rounding,
-            b: &b,
-        };
-        search.explanation()
-    };
-    let mut all = columns(residual, dictionary(residual));
-    all.extend(local(residual, &b, rounding));
-    let found = among(&all);
-    if found.as_ref().is_some_and(|found| found.is_exact) {
-        return found;
-    }
-    let others = among(&columns(residual, coordinates(residual)));
-    others.filter(|others| others.is_exact).or(found)
+/// Some changes, their numbers, and the largest row that they leave.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// By their positions.
+    pub of: Vec<usize>,
+    /// In the same order.
+    pub deltas: Vec<f64>,
+    /// Over the size of the row.
+    pub left: f64,
 }
 
-/// Entries with their vectors over the sizes of rows; what is nothing here explains nothing.
-fn columns(residual: &Residual<'_>, entries: Vec<(Entry, Vec<f64>)>) -> Vec<Column> {
-    let all = entries.into_iter().map(|(entry, vector)| {
-        let vector = scaled(residual, &vector);
-        let square = dot(&vector, &vector);
+/// What was found.
+#[derive(Debug)]
+pub struct Recovered {
+    /// Those that leave rounding, the simplest first.
+    pub exact: Vec<Trial>,
+    /// Each change alone, with the number that leaves least.
+    pub singles: Vec<Trial>,
+}
+
+impl Column {
+    /// Of a change without a number.
+    pub fn whole(vector: Vec<f64>) -> Self {
         Column {
-            change: entry.change.clone(),
-            entry: Some(entry),
-            vector,
-            square,
+            is_whole: true,
+            ..Column::number(vector, 1.0)
         }
-    });
-    all.filter(|c| largest(&c.vector) > ROUNDING).collect()
+    }
+
+    /// Of a change with a number of this size.
+    pub fn number(vector: Vec<f64>, size: f64) -> Self {
+        Column {
+            square: dot(&vector, &vector),
+            vector,
+            is_whole: false,
+            size,
+            plain: &[],
+            starts: &[],
+        }
+    }
+}
+
+/// Looks for the fewest changes that leave no more than rounding of b.
+pub fn recover(scheme: &dyn Scheme, b: &[f64], rounding: f64) -> Recovered {
+    let search = Search {
+        scheme,
+        columns: scheme.columns(),
+        rounding: rounding.min(CONTRAST * largest(b)),
+        b,
+    };
+    let singles: Vec<Trial> = (0..search.columns.len())
+        .map(|k| search.fit(vec![k]))
+        .collect();
+    let mut exact = search.exact(&singles);
+    if exact.is_empty() {
+        exact = search.exact(&search.pairs(&singles));
+    }
+    if exact.is_empty() {
+        exact = search.exact(&search.greedy(&singles));
+    }
+    let is_plain = |trial: &Trial| trial.rank(scheme) <= 10 * trial.of.len() + PLAINEST;
+    exact.retain(|trial| trial.of.len() < 3 || is_plain(trial));
+    exact.sort_by_key(|trial| trial.rank(scheme));
+    Recovered { exact, singles }
+}
+
+impl Trial {
+    /// The order of explanations that leave the same: few changes before many, then plain ones before far-fetched ones.
+    pub fn rank(&self, scheme: &dyn Scheme) -> usize {
+        let each = self.of.iter().zip(&self.deltas);
+        let each = each.map(|(k, delta)| scheme.rank(*k, *delta));
+        10 * self.of.len() + each.max().unwrap_or(0)
+    }
+
+    fn changes(&self) -> Vec<(usize, f64)> {
+        let all = self.of.iter().copied().zip(self.deltas.iter().copied());
+        all.collect()
+    }
 }
 
 struct Search<'a> {
-    residual: &'a Residual<'a>,
+    scheme: &'a dyn Scheme,
     columns: &'a [Column],
     rounding: f64,
     b: &'a [f64],
 }
 
 impl Search<'_> {
-    fn explanation(&self) -> Option<Explanation> {
-        let singles: Vec<Trial> = (0..self.columns.len()).map(|k| self.fit(vec![k])).collect();
-        let mut exact = self.exact(&singles);
-        if exact.is_empty() {
-            exact = self.exact(&self.pairs(&singles));
-        }
-        if exact.is_empty() {
-            exact = self.exact(&self.greedy(&singles));
-        }
-        // With three or more anything can be had of far-fetched ones.
-        let is_plain = |causes: &[Cause]| rank(causes) <= 10 * causes.len() + PLAINEST;
-        exact.retain(|(causes, _)| causes.len() < 3 || is_plain(causes));
-        exact.sort_by_key(|(causes, _)| rank(causes));
-        let mut exact = exact.into_iter();
-        if let Some((causes, left)) = exact.next() {
-            // Beside a plain change a far-fetched one is no second opinion.
-            let most = rank(&causes).max(10 * causes.len() + PLAINEST);
-            let others = exact.map(|(causes, _)| causes);
-            return Some(Explanation {
-                left,
-                share: 1.0,
-                is_exact: true,
-                alike: others
-                    .filter(|causes| rank(causes) <= most)
-                    .take(ALIKE)
-                    .collect(),
-                causes,
-            });
-        }
-        let share = |trial: &Trial| 1.0 - norm(&self.rest(trial)) / norm(self.b);
-        let nearest = singles
-            .iter()
-            .filter(|trial| !self.change(trial.of[0]).is_whole());
-        let nearest = nearest.max_by(|a, b| share(a).total_cmp(&share(b)))?;
-        (share(nearest) >= NEAREST).then(|| Explanation {
-            causes: self.causes(nearest),
-            left: nearest.left,
-            share: share(nearest),
-            is_exact: false,
-            alike: Vec::new(),
-        })
-    }
-
-    fn change(&self, k: usize) -> &Change {
-        &self.columns[k].change
-    }
-
     /// The δ that leave least in the sum of squares.
     fn fit(&self, of: Vec<usize>) -> Trial {
         let mut trial = Trial {
@@ -177,168 +184,87 @@ impl Search<'_> {
         rest
     }
 
-    /// Those trials that leave rounding, once numbers that a change does not have are 1, and parameters have their exact values.
-    fn exact(&self, trials: &[Trial]) -> Vec<(Vec<Cause>, f64)> {
-        let near = trials.iter().filter(|trial| {
-            let changes = || trial.of.iter().map(|k| self.change(*k));
-            let has = |is: fn(&Change) -> bool| changes().any(is);
-            let is_curved = has(|c| matches!(c, Change::Parameter { .. }))
-                || has(|c| matches!(c, Change::Factor { .. })) && has(Change::is_whole);
-            trial.left <= self.rounding || is_curved && trial.left <= NEAR * largest(self.b)
+    /// Those trials that leave rounding, once changes without a number have none and all others have their exact ones.
+    fn exact(&self, trials: &[Trial]) -> Vec<Trial> {
+        let near = trials.iter().flat_map(|trial| {
+            let is_near = trial.left <= NEAR * largest(self.b);
+            let is_one = trial.left <= self.rounding || is_near && self.scheme.is_curved(&trial.of);
+            let starts: &[f64] = match trial.of[..] {
+                [k] if !is_one => self.columns[k].starts,
+                _ => &[],
+            };
+            let others = starts.iter().map(|start| Trial {
+                deltas: vec![*start],
+                ..trial.clone()
+            });
+            is_one.then(|| trial.clone()).into_iter().chain(others)
         });
         let settled = near.filter_map(|trial| {
             let mut trial = trial.clone();
             for (k, delta) in trial.of.iter().zip(&mut trial.deltas) {
-                let plain = match self.change(*k).is_whole() {
-                    true => Some(1.0),
-                    false => [-1.0, -2.0]
-                        .into_iter()
-                        .find(|n| (*delta - n).abs() < PLAIN),
+                let column = &self.columns[*k];
+                let mut plain = column.plain.iter().copied();
+                *delta = match column.is_whole {
+                    true => 1.0,
+                    false => plain.find(|n| (*delta - n).abs() < PLAIN).unwrap_or(*delta),
                 };
-                *delta = plain.unwrap_or(*delta);
             }
             trial.left = largest(&self.rest(&trial));
-            if trial.left > self.rounding {
+            if trial.left > self.rounding || self.scheme.is_curved(&trial.of) {
                 self.refine(&mut trial);
             }
-            let is_cause = self.is_used(&trial) && self.has_equations(&trial);
-            (is_cause && trial.left <= self.rounding).then(|| (self.causes(&trial), trial.left))
+            let is_exact = trial.left <= self.rounding;
+            (is_exact && self.is_used(&trial) && self.scheme.is_sound(&trial)).then_some(trial)
         });
         settled.collect()
     }
 
-    /// Does each change matter, and are there more equations to explain than numbers to choose? In a term that is missing nothing else matters.
+    /// Does each change matter, and are there more equations to explain than numbers to choose?
     fn is_used(&self, trial: &Trial) -> bool {
-        let each = || trial.of.iter().zip(&trial.deltas);
-        let missing = each().filter_map(|(k, delta)| match self.change(*k) {
-            Change::Factor { term } if *delta == -1.0 => Some(*term),
-            _ => None,
-        });
-        for term in missing {
-            let of = trial.of.iter().map(|k| self.change(*k));
-            if of.filter(|change| change.term() == Some(term)).count() > 1 {
-                return false;
-            }
-        }
-        let mut sizes = each().map(|(k, delta)| delta.abs() * largest(&self.columns[*k].vector));
-        let numbers = trial
-            .of
-            .iter()
-            .filter(|k| !self.change(**k).is_whole())
-            .count();
+        let each = trial.of.iter().zip(&trial.deltas);
+        let mut sizes = each.map(|(k, delta)| delta.abs() * largest(&self.columns[*k].vector));
+        let numbers = trial.of.iter().filter(|k| !self.columns[**k].is_whole);
         let failing = self.b.iter().filter(|b| b.abs() > self.rounding).count();
-        failing > numbers && sizes.all(|size| size > 10.0 * self.rounding)
+        failing > numbers.count() && sizes.all(|size| size > 10.0 * self.rounding)
     }
 
-    /// Does the changed form still say something in each row? Where all that a row is made of is taken away, it holds whatever the result is.
-    fn has_equations(&self, trial: &Trial) -> bool {
-        let Residual { terms, sizes, .. } = self.residual;
-        let of = trial.of.iter().zip(&trial.deltas);
-        let added: Vec<_> = of
-            .map(|(k, d)| (self.change(*k).term(), d, &self.columns[*k]))
-            .collect();
-        let is_empty = |row: usize| {
-            let own = terms.iter().enumerate().map(|(term, values)| {
-                let mine = added.iter().filter(|(of, ..)| *of == Some(term));
-                let changes =
-                    mine.map(|(_, delta, column)| *delta * column.vector[row] * sizes[row]);
-                [
-                    values[row].abs(),
-                    (values[row] + changes.sum::<f64>()).abs(),
-                ]
-            });
-            let [before, after] =
-                own.fold([0.0, 0.0], |sum, own| [sum[0] + own[0], sum[1] + own[1]]);
-            before > 1e3 * self.rounding * sizes[row] && after <= self.rounding * sizes[row]
-        };
-        !(0..sizes.len()).any(is_empty)
-    }
-
-    /// Newton's method for all numbers: F may depend on parameters in any way, and a factor of a term is one of what else is changed in it.
+    /// Newton's method for all numbers, with differences: a scheme may depend on them in any way.
     fn refine(&self, trial: &mut Trial) {
-        let residual = self.residual;
-        let entries: Option<Vec<&Entry>> = trial
-            .of
-            .iter()
-            .map(|k| self.columns[*k].entry.as_ref())
-            .collect();
-        let Some(entries) = entries else { return };
-        let terms = residual.terms.len();
+        let mut before = f64::INFINITY;
         for _ in 0..MOST_STEPS {
-            let (mut parameters, mut factors) = (residual.parameters.clone(), vec![1.0; terms]);
-            for (entry, delta) in entries.iter().zip(&trial.deltas) {
-                match entry.change {
-                    Change::Parameter { parameter } => parameters[parameter] += delta,
-                    Change::Factor { term } => factors[term] += delta,
-                    _ => {}
-                }
-            }
-            let at = |entry: &Entry, factors: &[f64]| entry.vector(residual, &parameters, factors);
-            let mut vectors: Vec<Vec<f64>> = entries.iter().map(|e| at(e, &factors)).collect();
-            let mut rest = residual.with(&parameters);
-            for ((entry, delta), vector) in entries.iter().zip(&trial.deltas).zip(&vectors) {
-                if !matches!(entry.change, Change::Parameter { .. }) {
-                    add(&mut rest, vector, *delta);
-                }
-            }
-            // What a number multiplies besides the form as it was.
-            let wholes = || entries.iter().filter(|other| other.change.is_whole());
-            for (entry, vector) in entries.iter().zip(&mut vectors) {
-                match entry.change {
-                    Change::Factor { term } => {
-                        let mut only = vec![0.0; terms];
-                        only[term] = 1.0;
-                        wholes().for_each(|other| add(vector, &at(other, &only), 1.0));
-                    }
-                    Change::Parameter { parameter } => wholes().for_each(|other| {
-                        let slope = other.slope(residual, parameter, &parameters, &factors);
-                        add(vector, &slope, 1.0);
-                    }),
-                    _ => {}
-                }
-            }
-            let rest: Vec<f64> = self.scaled(&rest).iter().map(|r| -r).collect();
-            let vectors: Vec<Vec<f64>> = vectors.iter().map(|d| self.scaled(d)).collect();
+            let Some(rest) = self.scheme.left(&trial.changes()) else {
+                return;
+            };
             trial.left = largest(&rest);
-            if !(trial.left > self.rounding) {
+            if !(trial.left > self.rounding) || !(trial.left <= SLOW * before) {
                 return;
             }
-            // Changes without a number have none to be refined.
-            let open: Vec<usize> = (0..entries.len())
-                .filter(|k| !entries[*k].change.is_whole())
-                .collect();
-            let right = open.iter().map(|k| dot(&vectors[*k], &rest)).collect();
-            let products = |k: &usize| {
-                open.iter()
-                    .map(|l| dot(&vectors[*k], &vectors[*l]))
-                    .collect()
+            before = trial.left;
+            let open = (0..trial.of.len()).filter(|k| !self.columns[trial.of[*k]].is_whole);
+            let open: Vec<usize> = open.collect();
+            let slope = |k: &usize| {
+                let size = self.columns[trial.of[*k]].size;
+                let at = |by: f64| {
+                    let mut changes = trial.changes();
+                    changes[*k].1 += by * size;
+                    self.scheme.left(&changes)
+                };
+                let (high, low) = (at(STEP)?, at(-STEP)?);
+                let both = low.iter().zip(&high);
+                Some(
+                    both.map(|(low, high)| (low - high) / (2.0 * STEP * size))
+                        .collect(),
+                )
             };
-            let more = solved(open.iter().map(products).collect(), right);
+            let vectors: Option<Vec<Vec<f64>>> = open.iter().map(slope).collect();
+            let Some(vectors) = vectors else { return };
+            let right = vectors.iter().map(|d| dot(d, &rest)).collect();
+            let products = |d: &Vec<f64>| vectors.iter().map(|e| dot(d, e)).collect();
+            let more = solved(vectors.iter().map(products).collect(), right);
             for (k, more) in open.iter().zip(more) {
                 trial.deltas[*k] += more;
             }
         }
-    }
-
-    /// Over the sizes of rows.
-    fn scaled(&self, values: &[f64]) -> Vec<f64> {
-        scaled(self.residual, values)
-    }
-
-    fn causes(&self, trial: &Trial) -> Vec<Cause> {
-        let each = trial.of.iter().zip(&trial.deltas).map(|(k, delta)| {
-            let change = self.change(*k).clone();
-            let factor = match &change {
-                Change::Parameter { parameter } => self.residual.parameters[*parameter] + delta,
-                Change::Mass { .. } | Change::Varying { .. } | Change::Slope { .. } => *delta,
-                change if change.is_whole() => 1.0,
-                _ => 1.0 + delta,
-            };
-            Cause { change, factor }
-        });
-        let mut all: Vec<Cause> = each.collect();
-        all.sort_by_key(|cause| rank(std::slice::from_ref(cause)));
-        all
     }
 
     /// The best changes alone, in order: what is left by squares.
@@ -402,17 +328,6 @@ impl Search<'_> {
         }
         found
     }
-}
-
-/// Over the sizes of rows.
-pub fn scaled(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
-    let all = values.iter().zip(&residual.sizes);
-    all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
-        .collect()
-}
-
-fn norm(x: &[f64]) -> f64 {
-    dot(x, x).sqrt()
 }
 
 /// Solves a small symmetric system by elimination with pivots on the diagonal; 0 for what is not determined.

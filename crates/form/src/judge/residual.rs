@@ -137,6 +137,11 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// The root of the sum of squares.
+pub fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
 /// Adds a multiple.
 pub fn add(sum: &mut [f64], values: &[f64], factor: f64) {
     let all = sum.iter_mut().zip(values);
