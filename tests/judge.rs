@@ -860,12 +860,12 @@ const OF_FORM: [OfForm; 9] = [
             ["func f = sceneF(scene);", "func f = 1.01*sceneF(scene);"],
             [FREEFEM_GAMMA, "gamma[][Ch(cell, 0)] = 1.01*value;"],
         ],
-        "as if `gamma0` were 101 and the term `(f,v)` had the factor 1.01",
+        "γ is × 1.0100 on all faces, as with γ₀ = 101, and f is × 1.0100",
     ),
     (
         "plate",
         &[["(f*v)", "(1.01*f*v)"], ["(t*v)", "(0.98*t*v)"]],
-        "as if the term `(f,v)` had the factor 1.01 and the term `<t,v>` had the factor 0.98",
+        "f is × 1.0100, and t is × 0.9800",
     ),
 ];
 

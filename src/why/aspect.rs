@@ -35,6 +35,8 @@ pub enum Aspect {
     Iteration,
     /// The terms of the scheme as a weak form.
     Form,
+    /// Several of them at once.
+    Several,
 }
 
 impl Display for Aspect {
@@ -53,6 +55,7 @@ impl Display for Aspect {
             Aspect::Status => "the contact status",
             Aspect::Iteration => "the iteration",
             Aspect::Form => "the form",
+            Aspect::Several => "two changes",
         })
     }
 }

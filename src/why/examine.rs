@@ -1,10 +1,11 @@
 //! The search: everything that is tried, and what is found.
 
-use super::candidates::{Candidate, candidates};
+use super::dictionary::dictionary;
 use super::gamma::FaceGamma;
 use super::place::Spot;
+use super::recovery::Changes;
 use super::search::Search;
-use super::{Aspect, Explanation, Findings, Rank, data, gamma, known, local, scheme};
+use super::{Aspect, Explanation, Findings, Rank, gamma, known, local, scheme};
 use crate::run::{RESIDUAL_TOLERANCE, Runner, Setup, Written};
 use crate::text::text;
 use faceoff_mesh::cancel;
@@ -63,42 +64,28 @@ impl Search<'_> {
 
     /// Everything that is tried, what explains u first.
     fn explain(&mut self, gammas: &[FaceGamma]) -> Result<Vec<Explanation>> {
-        let mut found = Vec::new();
-        let in_all = self.in_all();
-        let may = |c: &Candidate| !c.alone || in_all.contains(&c.term);
-        for candidate in candidates(self.setup).into_iter().filter(may) {
-            cancel::check()?;
-            if let Some(left) = self.left_with(&candidate.variation) {
-                found.push(candidate.leaving(left));
-            }
+        let at_faces = gamma::at_faces(self, gammas);
+        let size = self.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        let mut entries = dictionary(self.setup, if size > 0.0 { size } else { 1.0 });
+        entries.extend(at_faces.into_iter().chain(local::status(self)));
+        entries.extend(local::values_held(self));
+        let changes = Changes::new(self, entries);
+        let (mut those, mut others) = changes.explanations(self.limit);
+        cancel::check()?;
+        let accounts = |found: &[Explanation], rank: Rank| found.iter().any(|e| e.rank <= rank);
+        if !accounts(&those, Rank::Number) {
+            those.extend(scheme::explain(self).filter(|e| e.left <= self.limit));
         }
-        found.extend(gamma::explain(self, gammas));
-        let accounts = |found: &[Explanation], limit: f64, rank: Rank| {
-            found.iter().any(|e| e.left <= limit && e.rank <= rank)
-        };
-        if !accounts(&found, self.limit, Rank::Number) {
-            found.extend(data::fits(self)?);
-        }
-        if !accounts(&found, self.limit, Rank::Number) {
-            found.extend(scheme::explain(self));
-        }
-        found.extend(local::status(self));
-        found.extend(local::values_held(self));
-        if !accounts(&found, self.limit, Rank::Places) {
+        if !accounts(&those, Rank::Places) {
             // What comes near by one change of the scheme has another fault beside it, not an iteration that stopped.
             let is_near = |e: &Explanation| e.left < NEAR * self.residual && e.rank < Rank::Many;
-            let near = found.iter().any(is_near);
-            found.extend(known::explain(self)?.filter(|e| !near || !e.is_iteration()));
+            let near = those.iter().chain(&others).any(is_near);
+            those.extend(known::explain(self)?.filter(|e| !near || !e.is_iteration()));
         }
-        for explanation in &mut found {
-            let left = explanation.left;
-            explanation.accounts = left <= self.limit && left <= NEAR * self.residual;
+        for explanation in &mut those {
+            explanation.accounts = !explanation.is_iteration();
         }
-        let (mut those, mut others): (Vec<_>, Vec<_>) = found
-            .into_iter()
-            .partition(|e| e.accounts || e.is_iteration());
         those.sort_by_key(|e| e.rank);
-        others.sort_by(|a, b| a.left.total_cmp(&b.left));
         others.truncate(TOLD);
         those.extend(others);
         Ok(those)

@@ -1,18 +1,15 @@
-//! γ that would explain a field: of all contact faces together, and of each by itself.
+//! γ of each contact face that would explain a field.
 
 use serde::Serialize;
 
-use super::data::times;
+use super::dictionary::{Entry, times};
 use super::place::Spot;
-use super::search::Search;
+use super::search::{Search, left_in};
 use super::{Aspect, Explanation, Rank};
-use crate::text::{Number, text};
+use crate::text::text;
 use faceoff_fem::contact::{Problem, Term};
+use faceoff_form::judge::recovery::largest;
 
-/// Starts, relative to the γ₀ that was asked for: least squares find the nearest minimum only.
-const STARTS: [f64; 5] = [1.0, 1e-2, 1e2, 1e-4, 1e4];
-/// Towards 0 and infinity the answer no longer depends on γ, and many would fit.
-const FAR: f64 = 1e5;
 const STEPS: usize = 12;
 /// Faces share rows where they share a cell or a vertex: sweeps until nothing changes.
 const SWEEPS: usize = 200;
@@ -94,72 +91,11 @@ pub(super) fn by_face(problem: &Problem, u: &[f64], limit: f64) -> Vec<FaceGamma
         .collect()
 }
 
-/// One factor for all faces, then one for each face that is off.
-pub(super) fn explain(search: &mut Search, gammas: &[FaceGamma]) -> Vec<Explanation> {
-    let all = everywhere(search);
-    all.into_iter().chain(at_faces(search, gammas)).collect()
-}
-
-/// γ₀, by Gauss and Newton in log γ₀.
-fn everywhere(search: &mut Search) -> Option<Explanation> {
-    let asked: Vec<f64> = search.problem.contact.iter().map(|f| f.gamma).collect();
-    let (u, mut best) = (search.u, (f64::INFINITY, 1.0));
-    for start in STARTS {
-        let mut factor: f64 = start;
-        for _ in 0..STEPS {
-            let gamma: Vec<f64> = asked.iter().map(|gamma| factor * gamma).collect();
-            search.problem.set_gamma(&gamma);
-            let problem = &search.problem;
-            let left = problem.backward_error(u).0;
-            if left < best.0 {
-                best = (left, factor);
-            }
-            let mut slope = vec![0.0; u.len()];
-            for (column, gamma) in problem.by_gamma(u).iter().zip(&gamma) {
-                for (row, c) in column {
-                    slope[*row as usize] += gamma * c;
-                }
-            }
-            let (slope, here) = (
-                search.weighted(&slope),
-                search.weighted(&problem.residual(u)),
-            );
-            let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-            let change = (-dot(&slope, &here) / dot(&slope, &slope)).clamp(-0.9, 10.0);
-            factor *= 1.0 + change;
-            let is_far = !(1.0 / FAR..=FAR).contains(&factor);
-            if is_far || !change.is_finite() || change.abs() < 1e-15 {
-                break;
-            }
-        }
-        if best.0 <= search.limit {
-            break;
-        }
-    }
-    search.problem.set_gamma(&asked);
-    let (left, factor) = best;
-    (left < search.residual && factor != 1.0).then(|| {
-        let gamma0 = factor * search.setup.discretisation.gamma0();
-        let gamma0: f64 = format!("{gamma0:.9e}").parse().unwrap_or(gamma0);
-        Explanation {
-            term: Some(Term::Contact),
-            factor: Some(factor),
-            ..Explanation::new(
-                Aspect::Gamma,
-                text!("γ is {} on all faces", times(factor)),
-                Rank::Number,
-                left,
-            )
-            .more(text!(", as with γ₀ = {}", Number::exact(gamma0)))
-        }
-    })
-}
-
 /// The faces on which γ is off, each by its own factor.
-fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Explanation> {
+pub(super) fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Entry> {
     let asked: Vec<f64> = search.problem.contact.iter().map(|f| f.gamma).collect();
     let mut factors = vec![1.0; asked.len()];
-    let mut best = (f64::INFINITY, factors.clone());
+    let mut best = (f64::INFINITY, factors.clone(), Vec::new());
     let mut of_faces = gammas.to_vec();
     let with_say = gammas.iter().filter(|g| g.factor.is_some()).count();
     // The status at its points, and γ⁻¹, change with γ.
@@ -172,18 +108,19 @@ fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Explanation> {
         }
         let gamma: Vec<f64> = asked.iter().zip(&factors).map(|(g, f)| g * f).collect();
         search.problem.set_gamma(&gamma);
-        let now = search.problem.backward_error(search.u).0;
+        let left = left_in(&search.problem, search.u);
+        let now = largest(&left);
         if !(now < best.0) {
             break;
         }
-        best = (now, factors.clone());
+        best = (now, factors.clone(), left);
         if now <= search.limit {
             break;
         }
         of_faces = by_face(&search.problem, search.u, search.limit);
     }
     search.problem.set_gamma(&asked);
-    let (left, factors) = best;
+    let (_, factors, left) = best;
     let mut off: Vec<usize> = (0..asked.len()).filter(|k| factors[*k] != 1.0).collect();
     off.sort_by(|a, b| {
         (factors[*b] - 1.0)
@@ -203,10 +140,10 @@ fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Explanation> {
         true => Rank::Places,
         false => Rank::Many,
     };
-    let brief = text!("γ is {}", how_much);
-    Some(Explanation {
+    let found = Explanation {
         term: Some(Term::Contact),
         factor: (off.len() == 1).then_some(first),
-        ..Explanation::new(Aspect::Gamma, brief, rank, left).on(at)
-    })
+        ..Explanation::new(Aspect::Gamma, text!("γ is {}", how_much), rank, 0.0).on(at)
+    };
+    Some(Entry::known(left, found))
 }

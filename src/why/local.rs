@@ -1,7 +1,8 @@
 //! What may differ at some places: values on Γ_D, and the contact status.
 
+use super::dictionary::Entry;
 use super::place::Spot;
-use super::search::Search;
+use super::search::{Search, weighted};
 use super::{Aspect, Explanation, Rank};
 use crate::run::Datum;
 use crate::text::{Number, text};
@@ -11,26 +12,22 @@ use faceoff_fem::contact::Term;
 const MOST_POINTS: usize = 10;
 
 /// Takes the values on Γ_D for g where they are not.
-pub(super) fn values_held(search: &mut Search) -> Option<Explanation> {
+pub(super) fn values_held(search: &Search) -> Option<Entry> {
     let is_off = |dof: &usize| {
         search.problem.dirichlet[*dof].is_some() && search.errors[*dof] > search.limit
     };
     let off: Vec<usize> = (0..search.u.len()).filter(is_off).collect();
     let first = *off.first()?;
-    let kept = search.problem.dirichlet.clone();
-    for dof in &off {
-        search.problem.dirichlet.set(*dof, search.u[*dof]);
-    }
-    let left = search.problem.backward_error(search.u).0;
-    search.problem.dirichlet = kept;
+    let mut left = search.wanted();
+    off.iter().for_each(|dof| left[*dof] = 0.0);
     let spot = |dof: &usize| Spot::of_dof(&search.problem, *dof, search.errors[*dof]);
     let at: Vec<Spot> = off.iter().map(spot).collect();
     let all = search.problem.dirichlet.given().count();
     let found = |brief| Explanation {
         term: Some(Term::Dirichlet),
-        ..Explanation::new(Aspect::Datum(Datum::G), brief, Rank::Places, left)
+        ..Explanation::new(Aspect::Datum(Datum::G), brief, Rank::Places, 0.0)
     };
-    Some(match (&off[..], search.problem.dirichlet[first]) {
+    let found = match (&off[..], search.problem.dirichlet[first]) {
         ([_], Some(g)) => {
             let [u, g] = [search.u[first], g].map(Number::exact);
             let brief = text!("u is {}, not g = {}", u, g);
@@ -48,12 +45,13 @@ pub(super) fn values_held(search: &mut Search) -> Option<Explanation> {
                 ..found(brief).more(more)
             }
         }
-    })
+    };
+    Some(Entry::known(left, found))
 }
 
 /// The statuses with which the linear scheme has this field: those of a step of Newton's method that was the last one,
 /// although they were not yet those of u.
-pub(super) fn status(search: &Search) -> Option<Explanation> {
+pub(super) fn status(search: &Search) -> Option<Entry> {
     let points = search.problem.by_status(search.u);
     let rows = |face: usize| points[face].first().map_or(&[][..], |of| &of[..]);
     let mut statuses = Statuses {
@@ -101,23 +99,22 @@ pub(super) fn status(search: &Search) -> Option<Explanation> {
         return None;
     }
     let flips: u32 = flipped.iter().map(|subset| subset.count_ones()).sum();
-    // What is not a number must not vanish in the maximum.
-    let larger = |most: f64, row: f64| match row.is_nan() {
-        true => f64::INFINITY,
-        false => most.max(row.abs()),
-    };
-    let left = search.weighted(&residual).into_iter().fold(0.0, larger);
+    let left = weighted(&residual, &search.rows.scale)
+        .iter()
+        .map(|row| -row)
+        .collect();
     let noun = if flips == 1 { "point" } else { "points" };
     let brief = text!("the contact status is the other one at {} {}", flips, noun);
     let more = text!(
         " of {}, as when contact lags by an iteration",
         Spot::list(&faces)
     );
-    Some(Explanation {
+    let found = Explanation {
         term: Some(Term::Contact),
         at: faces,
-        ..Explanation::new(Aspect::Status, brief, Rank::Statuses, left).more(more)
-    })
+        ..Explanation::new(Aspect::Status, brief, Rank::Statuses, 0.0).more(more)
+    };
+    Some(Entry::known(left, found))
 }
 
 /// Faces share rows: so many times each is chosen for again.

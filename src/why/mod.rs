@@ -7,9 +7,8 @@
 
 mod again;
 mod aspect;
-mod candidates;
 mod changes;
-mod data;
+mod dictionary;
 mod examine;
 mod gamma;
 mod in_form;
@@ -17,6 +16,7 @@ mod known;
 mod local;
 mod order;
 mod place;
+mod recovery;
 mod scheme;
 mod search;
 

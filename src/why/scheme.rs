@@ -11,7 +11,7 @@ use faceoff_fem::contact::{Law, Problem};
 use faceoff_fem::quadrature;
 use faceoff_fem::scene::{HRule, Part};
 use faceoff_form::Problem as Form;
-use faceoff_form::judge::judge;
+use faceoff_form::judge::{Cause, Change, judge};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
 /// The parts of the boundary as the form calls them.
@@ -36,7 +36,15 @@ pub(super) fn explain(search: &Search) -> Option<Explanation> {
         term.text = name;
     }
     let found = judged.explanation.as_ref();
-    let found = found.filter(|found| found.is_exact)?;
+    // What is one of the values is looked for by the scene's own solver.
+    let is_of_values = |cause: &Cause| {
+        use Change::{Exchanged, Stopped, Values};
+        matches!(
+            cause.change,
+            Exchanged { .. } | Stopped { .. } | Values { .. }
+        )
+    };
+    let found = found.filter(|found| found.is_exact && !found.causes.iter().any(is_of_values))?;
     let names = Names {
         problem: &form,
         terms: &judged.terms,

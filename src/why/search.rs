@@ -1,10 +1,10 @@
-//! A field in the scheme with one thing changed at a time, and in which rows it fails.
+//! A field in the scheme: in which rows it fails, and what is left of them in a changed one.
 
 use std::sync::Arc;
 
 use super::TermRows;
 use crate::engine::{self, Answer};
-use crate::run::{Runner, Setup, Variation};
+use crate::run::{Runner, Setup};
 use faceoff_fem::contact::{Problem, Rows, Term};
 use faceoff_mesh::error::Result;
 
@@ -26,26 +26,9 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The backward error of u in the scheme with one thing changed; none where there is no such scheme.
-    pub fn left_with(&self, variation: &Variation) -> Option<f64> {
-        let setup = self.setup.with(variation).ok()?;
-        let case = setup.case().ok()?;
-        let left = case.problem.backward_error(self.u).0;
-        Some(if left.is_nan() { f64::INFINITY } else { left })
-    }
-
-    pub fn residual_with(&self, variation: &Variation) -> Option<Vec<f64>> {
-        let setup = self.setup.with(variation).ok()?;
-        let case = setup.case().ok()?;
-        Some(case.problem.residual(self.u))
-    }
-
-    /// Rows in units of their terms.
-    pub fn weighted(&self, rows: &[f64]) -> Vec<f64> {
-        let scaled = rows.iter().zip(&self.rows.scale);
-        scaled
-            .map(|(row, scale)| if *row == 0.0 { 0.0 } else { row / scale })
-            .collect()
+    /// What a change has to add to the rows: the residual with the other sign, over their sizes.
+    pub fn wanted(&self) -> Vec<f64> {
+        left(&self.rows)
     }
 
     /// What the Rust engine answers; none where it does not.
@@ -63,16 +46,6 @@ impl Search<'_> {
     pub fn fails(&self, row: usize) -> bool {
         // What is not a number fails.
         !(self.errors[row] <= self.limit)
-    }
-
-    /// The terms that all rows that fail contain: what changes another one alone explains nothing.
-    pub fn in_all(&self) -> Vec<Term> {
-        let terms = self.terms().into_iter();
-        let failing = (0..self.u.len()).filter(|row| self.fails(*row)).count();
-        terms
-            .filter(|t| t.failing == failing)
-            .map(|t| t.term)
-            .collect()
     }
 
     /// The terms that may be wrong.
@@ -126,4 +99,22 @@ impl Search<'_> {
         };
         counted.iter().map(of).collect()
     }
+}
+
+/// What u leaves of a problem, with the other sign, over the sizes of rows.
+pub(super) fn left_in(problem: &Problem, u: &[f64]) -> Vec<f64> {
+    left(&problem.rows(u))
+}
+
+fn left(rows: &Rows) -> Vec<f64> {
+    let each = rows.residual.iter().enumerate();
+    each.map(|(row, residual)| -rows.error(row).copysign(*residual))
+        .collect()
+}
+
+/// Rows in units of their terms.
+pub(super) fn weighted(rows: &[f64], scale: &[f64]) -> Vec<f64> {
+    let each = rows.iter().zip(scale);
+    each.map(|(row, scale)| if *row == 0.0 { 0.0 } else { row / scale })
+        .collect()
 }

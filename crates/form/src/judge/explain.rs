@@ -12,6 +12,8 @@ const ROUNDING: f64 = 1e-13;
 const WRITTEN: f64 = 4.0;
 /// The nearest change is told if it explains this part.
 const NEAREST: f64 = 0.5;
+/// Changes in one explanation.
+const MOST: usize = 4;
 /// Other explanations that are told.
 const ALIKE: usize = 3;
 
@@ -95,7 +97,7 @@ impl<'a> Changes<'a> {
     }
 
     fn explanation(&self, b: &[f64]) -> Option<Explanation> {
-        let Recovered { exact, singles } = recover(self, b, self.rounding);
+        let Recovered { exact, singles } = recover(self, b, self.rounding, MOST);
         let mut exact = exact.into_iter();
         if let Some(found) = exact.next() {
             // Beside a plain change a far-fetched one is no second opinion.

@@ -6,7 +6,8 @@
 
 use faceoff_mesh::parallel;
 
-use super::residual::{dot, largest, norm};
+pub use super::residual::largest;
+use super::residual::{dot, norm};
 
 /// A cause leaves no more than this part of the largest row.
 const CONTRAST: f64 = 1e-2;
@@ -14,8 +15,6 @@ const CONTRAST: f64 = 1e-2;
 const PAIRED: usize = 120;
 /// Pairs, and changes beside one, that are looked at closely.
 const CLOSELY: usize = 24;
-/// Changes in one explanation.
-const MOST: usize = 4;
 /// Steps of Newton's method for the numbers of changes, which begin where no more than this part of the largest row is left.
 const MOST_STEPS: usize = 12;
 const NEAR: f64 = 0.3;
@@ -59,7 +58,7 @@ pub struct Column {
     pub size: f64,
     /// Numbers that are meant where one is near.
     pub plain: &'static [f64],
-    /// From where Newton's method is tried where least squares lead nowhere.
+    /// From where Newton's method is tried where least squares lead nowhere; with them no step is longer than twice the size.
     pub starts: &'static [f64],
 }
 
@@ -105,8 +104,8 @@ impl Column {
     }
 }
 
-/// Looks for the fewest changes that leave no more than rounding of b.
-pub fn recover(scheme: &dyn Scheme, b: &[f64], rounding: f64) -> Recovered {
+/// Looks for the fewest changes, at most so many, that leave no more than rounding of b.
+pub fn recover(scheme: &dyn Scheme, b: &[f64], rounding: f64, most: usize) -> Recovered {
     let search = Search {
         scheme,
         columns: scheme.columns(),
@@ -120,8 +119,8 @@ pub fn recover(scheme: &dyn Scheme, b: &[f64], rounding: f64) -> Recovered {
     if exact.is_empty() {
         exact = search.exact(&search.pairs(&singles));
     }
-    if exact.is_empty() {
-        exact = search.exact(&search.greedy(&singles));
+    if exact.is_empty() && most > 2 {
+        exact = search.exact(&search.greedy(&singles, most));
     }
     let is_plain = |trial: &Trial| trial.rank(scheme) <= 10 * trial.of.len() + PLAINEST;
     exact.retain(|trial| trial.of.len() < 3 || is_plain(trial));
@@ -201,22 +200,28 @@ impl Search<'_> {
         });
         let settled = near.filter_map(|trial| {
             let mut trial = trial.clone();
-            for (k, delta) in trial.of.iter().zip(&mut trial.deltas) {
-                let column = &self.columns[*k];
-                let mut plain = column.plain.iter().copied();
-                *delta = match column.is_whole {
-                    true => 1.0,
-                    false => plain.find(|n| (*delta - n).abs() < PLAIN).unwrap_or(*delta),
-                };
-            }
+            self.settle(&mut trial);
             trial.left = largest(&self.rest(&trial));
             if trial.left > self.rounding || self.scheme.is_curved(&trial.of) {
                 self.refine(&mut trial);
+                self.settle(&mut trial);
             }
             let is_exact = trial.left <= self.rounding;
             (is_exact && self.is_used(&trial) && self.scheme.is_sound(&trial)).then_some(trial)
         });
         settled.collect()
+    }
+
+    /// Takes numbers that changes without one do not have, and plain ones where they are near.
+    fn settle(&self, trial: &mut Trial) {
+        for (k, delta) in trial.of.iter().zip(&mut trial.deltas) {
+            let column = &self.columns[*k];
+            let mut plain = column.plain.iter().copied();
+            *delta = match column.is_whole {
+                true => 1.0,
+                false => plain.find(|n| (*delta - n).abs() < PLAIN).unwrap_or(*delta),
+            };
+        }
     }
 
     /// Does each change matter, and are there more equations to explain than numbers to choose?
@@ -228,20 +233,30 @@ impl Search<'_> {
         failing > numbers.count() && sizes.all(|size| size > 10.0 * self.rounding)
     }
 
-    /// Newton's method for all numbers, with differences: a scheme may depend on them in any way.
+    /// Newton's method for all numbers, with differences: a scheme may depend on them in any way. One step more than to rounding gives them the
+    /// digits that they have.
     fn refine(&self, trial: &mut Trial) {
-        let mut before = f64::INFINITY;
-        for _ in 0..MOST_STEPS {
+        let open = (0..trial.of.len()).filter(|k| !self.columns[trial.of[*k]].is_whole);
+        let open: Vec<usize> = open.collect();
+        let (mut before, mut good) = (f64::INFINITY, None);
+        for step in 0..MOST_STEPS {
             let Some(rest) = self.scheme.left(&trial.changes()) else {
                 return;
             };
             trial.left = largest(&rest);
-            if !(trial.left > self.rounding) || !(trial.left <= SLOW * before) {
+            let is_good = trial.left <= self.rounding;
+            if let Some(before) = good.take() {
+                if !is_good {
+                    *trial = before;
+                }
                 return;
             }
+            let is_done = is_good && step == 0;
+            if is_done || open.is_empty() || !(trial.left <= SLOW * before) {
+                return;
+            }
+            good = is_good.then(|| trial.clone());
             before = trial.left;
-            let open = (0..trial.of.len()).filter(|k| !self.columns[trial.of[*k]].is_whole);
-            let open: Vec<usize> = open.collect();
             let slope = |k: &usize| {
                 let size = self.columns[trial.of[*k]].size;
                 let at = |by: f64| {
@@ -262,7 +277,13 @@ impl Search<'_> {
             let products = |d: &Vec<f64>| vectors.iter().map(|e| dot(d, e)).collect();
             let more = solved(vectors.iter().map(products).collect(), right);
             for (k, more) in open.iter().zip(more) {
-                trial.deltas[*k] += more;
+                let column = &self.columns[trial.of[*k]];
+                let most = if column.starts.is_empty() {
+                    f64::INFINITY
+                } else {
+                    2.0 * column.size
+                };
+                trial.deltas[*k] += more.clamp(-most, most);
             }
         }
     }
@@ -306,11 +327,11 @@ impl Search<'_> {
     }
 
     /// From each of the best changes on, the one that helps most is added.
-    fn greedy(&self, singles: &[Trial]) -> Vec<Trial> {
+    fn greedy(&self, singles: &[Trial], most: usize) -> Vec<Trial> {
         let mut found = Vec::new();
         for first in self.best(singles, CLOSELY) {
             let mut trial = self.fit(vec![first]);
-            while trial.of.len() < MOST && trial.left > self.rounding {
+            while trial.of.len() < most && trial.left > self.rounding {
                 let rest = self.rest(&trial);
                 let gain = |k: &usize| {
                     let column = &self.columns[*k];

@@ -1,0 +1,165 @@
+//! The changes of a scene's scheme as columns of a recovery: what each leaves is computed by assembling, none by solving.
+
+use super::dictionary::{Entry, Make};
+use super::search::{Search, left_in, weighted};
+use super::{Aspect, Explanation, Rank};
+use crate::run::Setup;
+use crate::text::{Text, text};
+use faceoff_form::judge::recovery::{Column, Recovered, Scheme, Trial, largest, recover};
+use faceoff_mesh::{cancel, parallel};
+
+/// Derivatives by numbers are differences over this part of their sizes.
+const STEP: f64 = 1e-3;
+/// u times less than this is nothing.
+const LEAST: f64 = 1e-6;
+/// More changes at once are not looked for: each takes a problem of its own.
+const MOST: usize = 2;
+
+/// A scene's scheme, and the changes of it.
+pub(super) struct Changes<'a> {
+    setup: &'a Setup,
+    u: &'a [f64],
+    wanted: Vec<f64>,
+    scale: Vec<f64>,
+    entries: Vec<Entry>,
+    columns: Vec<Column>,
+}
+
+impl<'a> Changes<'a> {
+    /// Those of which something is left that differs.
+    pub fn new(search: &Search<'a>, entries: Vec<Entry>) -> Self {
+        let mut all = Changes {
+            setup: search.setup,
+            u: search.u,
+            wanted: search.wanted(),
+            scale: search.rows.scale.clone(),
+            entries,
+            columns: Vec::new(),
+        };
+        let vectors = parallel::map(0..all.entries.len(), |k| all.vector(k));
+        let entries = std::mem::take(&mut all.entries);
+        for (entry, vector) in entries.into_iter().zip(vectors) {
+            let vector = vector.filter(|d| d.iter().all(|d| d.is_finite()) && largest(d) > 0.0);
+            if let Some(vector) = vector {
+                all.columns.push(entry.make.column(vector));
+                all.entries.push(entry);
+            }
+        }
+        all
+    }
+
+    /// What a change adds to the rows.
+    fn vector(&self, k: usize) -> Option<Vec<f64>> {
+        let less = |a: &[f64], b: &[f64], by: f64| -> Vec<f64> {
+            a.iter().zip(b).map(|(a, b)| (a - b) / by).collect()
+        };
+        let size = match &self.entries[k].make {
+            Make::Known(left) => return Some(less(&self.wanted, left, 1.0)),
+            Make::Choice(_) => return Some(less(&self.wanted, &self.left(&[(k, 1.0)])?, 1.0)),
+            Make::Number { size, .. } => *size,
+            Make::Values { .. } => 1.0,
+        };
+        let step = STEP * size;
+        let [low, high] = [-step, step].map(|by| self.left(&[(k, by)]));
+        Some(less(&low?, &high?, 2.0 * step))
+    }
+
+    /// Those that explain u, and the others, what leaves least first.
+    pub fn explanations(&self, limit: f64) -> (Vec<Explanation>, Vec<Explanation>) {
+        let Recovered { exact, singles } = recover(self, &self.wanted, limit, MOST);
+        let those = exact.iter().map(|trial| self.explanation(trial));
+        let those: Vec<Explanation> = those.collect();
+        let is_exact = |trial: &Trial| exact.iter().any(|other| other.of == trial.of);
+        let others = singles.into_iter().filter(|trial| !is_exact(trial));
+        let left = |mut trial: Trial| {
+            // Without a number there is nothing to be fitted.
+            if let [k] = trial.of[..] {
+                if self.columns[k].is_whole {
+                    let each = self.wanted.iter().zip(&self.columns[k].vector);
+                    let rest: Vec<f64> = each.map(|(b, d)| b - d).collect();
+                    trial.left = largest(&rest);
+                }
+            }
+            self.explanation(&trial)
+        };
+        let mut others: Vec<Explanation> = others.map(left).collect();
+        others.retain(|e| e.left.is_finite());
+        others.sort_by(|a, b| a.left.total_cmp(&b.left));
+        (those, others)
+    }
+
+    fn explanation(&self, trial: &Trial) -> Explanation {
+        let each = trial.of.iter().zip(&trial.deltas);
+        let mut each = each.map(|(k, number)| (self.entries[*k].say)(*number));
+        let first = each.next().expect("invariant: a trial has a change");
+        let found = each.fold(first, |all, next| Explanation {
+            factor: None,
+            term: all.term.filter(|term| next.term == Some(*term)),
+            at: [all.at, next.at].concat(),
+            what: joined(all.what, next.what),
+            ..Explanation::new(
+                Aspect::Several,
+                joined(all.brief, next.brief),
+                all.rank.max(next.rank).max(Rank::Number),
+                0.0,
+            )
+        });
+        Explanation {
+            left: trial.left,
+            ..found
+        }
+    }
+}
+
+fn joined(a: Text, b: Text) -> Text {
+    text!("{}, and {}", a, b)
+}
+
+impl Scheme for Changes<'_> {
+    fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    fn left(&self, changes: &[(usize, f64)]) -> Option<Vec<f64>> {
+        cancel::check().ok()?;
+        let (mut setup, mut by) = (self.setup.clone(), 1.0);
+        for (k, number) in changes {
+            match &self.entries[*k].make {
+                Make::Choice(variation) => setup = setup.with(variation).ok()?,
+                Make::Number { with, .. } => setup = setup.with(&with(*number)).ok()?,
+                Make::Values { .. } => by *= 1.0 + number,
+                Make::Known(_) => return None,
+            }
+        }
+        let u: Vec<f64> = self.u.iter().map(|u| by * u).collect();
+        let problem = setup.case().ok()?.problem;
+        let is_whole = |(k, _): &(usize, f64)| self.entries[*k].make.is_whole();
+        Some(match changes.iter().all(is_whole) {
+            true => left_in(&problem, &u),
+            // Numbers must not change what rows are measured by.
+            false => {
+                let rows = weighted(&problem.residual(&u), &self.scale);
+                rows.iter().map(|row| -row).collect()
+            }
+        })
+    }
+
+    fn is_curved(&self, of: &[usize]) -> bool {
+        let is_known = |k: &usize| matches!(self.entries[*k].make, Make::Known(_));
+        !of.iter().any(is_known) && !of.iter().all(|k| self.entries[*k].make.is_whole())
+            || of.len() > 1
+    }
+
+    fn rank(&self, change: usize, number: f64) -> usize {
+        (self.entries[change].say)(number).rank as usize
+    }
+
+    /// Values that are scaled down to nothing solve any scheme whose data are.
+    fn is_sound(&self, trial: &Trial) -> bool {
+        let mut each = trial.of.iter().zip(&trial.deltas);
+        each.all(|(k, number)| match self.entries[*k].make {
+            Make::Values { .. } => trial.of.len() == 1 && (1.0 + number).abs() > LEAST,
+            _ => true,
+        })
+    }
+}
