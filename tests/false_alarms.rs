@@ -37,7 +37,7 @@ const OBSTACLES: [&str; 6] = [
     "if(x < 0.4, 0.1, -0.1)",
 ];
 
-fn any_scene() -> impl Strategy<Value = (String, &'static str, usize)> {
+pub fn any_scene() -> impl Strategy<Value = (String, &'static str, usize)> {
     let pick = |from: &'static [&'static str]| prop::sample::select(from);
     let f = pick(&LOADS);
     let psi = pick(&OBSTACLES);

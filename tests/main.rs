@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod accuracy;
+mod causes;
 mod certify;
 mod codes;
 mod common;

@@ -70,7 +70,7 @@ impl Search<'_> {
         entries.extend(at_faces.into_iter().chain(local::status(self)));
         entries.extend(local::values_held(self));
         let changes = Changes::new(self, entries);
-        let (mut those, mut others) = changes.explanations(self.limit);
+        let (mut those, mut others) = changes.explanations();
         cancel::check()?;
         let accounts = |found: &[Explanation], rank: Rank| found.iter().any(|e| e.rank <= rank);
         if !accounts(&those, Rank::Number) {

@@ -8,6 +8,8 @@ use crate::run::Datum;
 use crate::text::{Number, text};
 use faceoff_fem::contact::Term;
 
+/// What fails on more contact faces is not explained by one or two of them.
+const MOST_FACES: usize = 8;
 /// So many points of a face have their statuses tried, in all combinations.
 const MOST_POINTS: usize = 10;
 
@@ -115,6 +117,31 @@ pub(super) fn status(search: &Search) -> Option<Entry> {
         ..Explanation::new(Aspect::Status, brief, Rank::Statuses, 0.0).more(more)
     };
     Some(Entry::known(left, found))
+}
+
+/// For each contact face with a row that fails what any functional on it adds to the rows, over their sizes; none where they are many, or where
+/// the law has no functionals.
+pub(super) fn functionals(search: &Search) -> Option<Vec<Vec<Vec<f64>>>> {
+    let points = search.problem.by_status(search.u);
+    let is_failing = |face: &&Vec<Vec<(u32, f64)>>| {
+        let mut rows = face.iter().flatten();
+        rows.any(|(row, _)| search.errors[*row as usize] > search.limit)
+    };
+    let failing: Vec<_> = points.iter().filter(is_failing).collect();
+    let dense = |point: &Vec<(u32, f64)>| {
+        let mut rows = vec![0.0; search.u.len()];
+        for (row, value) in point {
+            rows[*row as usize] = *value;
+        }
+        weighted(&rows, &search.rows.scale)
+    };
+    let is_few = !points.is_empty() && failing.len() <= MOST_FACES;
+    is_few.then(|| {
+        failing
+            .iter()
+            .map(|face| face.iter().map(dense).collect())
+            .collect()
+    })
 }
 
 /// Faces share rows: so many times each is chosen for again.

@@ -216,6 +216,15 @@ impl Findings {
             .next()
             .map(|_| text!(", all of which contain {}", terms));
         let nearest = self.explanations.first();
+        if let Some(nearest) = nearest.filter(|e| e.left <= self.limit) {
+            return text!(
+                "it does not solve the scheme, and too few rows fail to tell causes apart: one that leaves nothing is that {}. Residual {}{}; {}",
+                &nearest.what,
+                size(self.residual),
+                at,
+                fail
+            );
+        }
         let nearest = nearest.filter(|e| e.left < 0.1 * self.residual);
         let nearest = nearest.map(|e| {
             let left = size(e.left);

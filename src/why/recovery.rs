@@ -1,15 +1,19 @@
 //! The changes of a scene's scheme as columns of a recovery: what each leaves is computed by assembling, none by solving.
 
 use super::dictionary::{Entry, Make};
+use super::local::functionals;
 use super::search::{Search, left_in, weighted};
 use super::{Aspect, Explanation, Rank};
-use crate::run::Setup;
+use crate::run::{Setup, Variation};
 use crate::text::{Text, text};
-use faceoff_form::judge::recovery::{Column, Recovered, Scheme, Trial, largest, recover};
+use faceoff_fem::contact::Term;
+use faceoff_form::judge::recovery::{Column, Recovered, Scheme, Trial, fitted, largest, recover};
 use faceoff_mesh::{cancel, parallel};
 
 /// Derivatives by numbers are differences over this part of their sizes.
 const STEP: f64 = 1e-3;
+/// A datum that changes no row by more is not felt.
+const FELT: f64 = 1e-11;
 /// u times less than this is nothing.
 const LEAST: f64 = 1e-6;
 /// More changes at once are not looked for: each takes a problem of its own.
@@ -21,6 +25,9 @@ pub(super) struct Changes<'a> {
     u: &'a [f64],
     wanted: Vec<f64>,
     scale: Vec<f64>,
+    limit: f64,
+    /// Of contact faces, if they are few.
+    functionals: Option<Vec<Vec<Vec<f64>>>>,
     entries: Vec<Entry>,
     columns: Vec<Column>,
 }
@@ -33,6 +40,8 @@ impl<'a> Changes<'a> {
             u: search.u,
             wanted: search.wanted(),
             scale: search.rows.scale.clone(),
+            limit: search.limit,
+            functionals: functionals(search),
             entries,
             columns: Vec::new(),
         };
@@ -65,8 +74,8 @@ impl<'a> Changes<'a> {
     }
 
     /// Those that explain u, and the others, what leaves least first.
-    pub fn explanations(&self, limit: f64) -> (Vec<Explanation>, Vec<Explanation>) {
-        let Recovered { exact, singles } = recover(self, &self.wanted, limit, MOST);
+    pub fn explanations(&self) -> (Vec<Explanation>, Vec<Explanation>) {
+        let Recovered { exact, singles } = recover(self, &self.wanted, self.limit, MOST);
         let those = exact.iter().map(|trial| self.explanation(trial));
         let those: Vec<Explanation> = those.collect();
         let is_exact = |trial: &Trial| exact.iter().any(|other| other.of == trial.of);
@@ -90,7 +99,7 @@ impl<'a> Changes<'a> {
 
     fn explanation(&self, trial: &Trial) -> Explanation {
         let each = trial.of.iter().zip(&trial.deltas);
-        let mut each = each.map(|(k, number)| (self.entries[*k].say)(*number));
+        let mut each = each.map(|(k, number)| self.said(*k, *number));
         let first = each.next().expect("invariant: a trial has a change");
         let found = each.fold(first, |all, next| Explanation {
             factor: None,
@@ -121,6 +130,37 @@ impl Scheme for Changes<'_> {
     }
 
     fn left(&self, changes: &[(usize, f64)]) -> Option<Vec<f64>> {
+        self.left_with(changes, None)
+    }
+
+    fn is_curved(&self, of: &[usize]) -> bool {
+        let is_known = |k: &usize| matches!(self.entries[*k].make, Make::Known(_));
+        !of.iter().any(is_known) && !of.iter().all(|k| self.entries[*k].make.is_whole())
+            || of.len() > 1
+    }
+
+    fn rank(&self, change: usize, number: f64) -> usize {
+        self.said(change, number).rank as usize
+    }
+
+    /// Values that are scaled down to nothing solve any scheme whose data are; a datum that u does not feel may have any value; and what one
+    /// or two contact faces explain says nothing of a number on all of them.
+    fn is_sound(&self, trial: &Trial) -> bool {
+        let each = || trial.of.iter().copied().zip(trial.deltas.iter().copied());
+        let is_of_values = |(k, number): (usize, f64)| match self.entries[k].make {
+            Make::Values { .. } => trial.of.len() > 1 || (1.0 + number).abs() <= LEAST,
+            _ => false,
+        };
+        !each().any(is_of_values)
+            && !self.is_double(trial)
+            && each().all(|(k, _)| self.is_felt(k, trial))
+            && self.is_seen(trial)
+    }
+}
+
+impl Changes<'_> {
+    /// What is left with changes, and with one more of the scheme.
+    fn left_with(&self, changes: &[(usize, f64)], more: Option<&Variation>) -> Option<Vec<f64>> {
         cancel::check().ok()?;
         let (mut setup, mut by) = (self.setup.clone(), 1.0);
         for (k, number) in changes {
@@ -131,10 +171,11 @@ impl Scheme for Changes<'_> {
                 Make::Known(_) => return None,
             }
         }
+        setup = setup.varied(more).ok()?;
         let u: Vec<f64> = self.u.iter().map(|u| by * u).collect();
         let problem = setup.case().ok()?.problem;
         let is_whole = |(k, _): &(usize, f64)| self.entries[*k].make.is_whole();
-        Some(match changes.iter().all(is_whole) {
+        Some(match more.is_none() && changes.iter().all(is_whole) {
             true => left_in(&problem, &u),
             // Numbers must not change what rows are measured by.
             false => {
@@ -144,22 +185,69 @@ impl Scheme for Changes<'_> {
         })
     }
 
-    fn is_curved(&self, of: &[usize]) -> bool {
-        let is_known = |k: &usize| matches!(self.entries[*k].make, Make::Known(_));
-        !of.iter().any(is_known) && !of.iter().all(|k| self.entries[*k].make.is_whole())
-            || of.len() > 1
+    fn said(&self, k: usize, number: f64) -> Explanation {
+        (self.entries[k].say)(number)
     }
 
-    fn rank(&self, change: usize, number: f64) -> usize {
-        (self.entries[change].say)(number).rank as usize
+    /// Are two changes about one thing, of which one is a choice?
+    fn is_double(&self, trial: &Trial) -> bool {
+        let about = |k: &usize| self.said(*k, 1.0).ingredient;
+        let is_choice = |k: &&usize| matches!(self.entries[**k].make, Make::Choice(_));
+        let choices = trial.of.iter().filter(is_choice);
+        let mut counts = choices.map(|k| trial.of.iter().filter(|l| about(l) == about(k)).count());
+        counts.any(|count| count > 1)
     }
 
-    /// Values that are scaled down to nothing solve any scheme whose data are.
-    fn is_sound(&self, trial: &Trial) -> bool {
-        let mut each = trial.of.iter().zip(&trial.deltas);
-        each.all(|(k, number)| match self.entries[*k].make {
-            Make::Values { .. } => trial.of.len() == 1 && (1.0 + number).abs() > LEAST,
-            _ => true,
-        })
+    /// Does a datum that is changed matter in the scheme with the changes?
+    fn is_felt(&self, k: usize, trial: &Trial) -> bool {
+        let datum = match (self.said(k, 1.0).ingredient, &self.entries[k].make) {
+            (_, Make::Known(_)) => return true,
+            (Aspect::Datum(datum), _) => datum,
+            _ => return true,
+        };
+        let changes: Vec<_> = trial
+            .of
+            .iter()
+            .copied()
+            .zip(trial.deltas.iter().copied())
+            .collect();
+        let more = Variation::Shifted(datum, STEP * largest(self.u));
+        let [with, without] = [Some(&more), None].map(|more| self.left_with(&changes, more));
+        let Some((with, without)) = with.zip(without) else {
+            return true;
+        };
+        let mut each = with.iter().zip(&without);
+        each.any(|(a, b)| (a - b).abs() > FELT)
+    }
+
+    /// Do more contact faces fail than there are changes and numbers of contact?
+    fn is_seen(&self, trial: &Trial) -> bool {
+        let Some(functionals) = &self.functionals else {
+            return true;
+        };
+        let (mut rest, mut count) = (self.wanted.clone(), 0);
+        for (k, number) in trial.of.iter().zip(&trial.deltas) {
+            let of_contact = self.said(*k, *number).term == Some(Term::Contact);
+            match of_contact && !matches!(self.entries[*k].make, Make::Known(_)) {
+                true => count += 1,
+                false => {
+                    let vector = &self.columns[*k].vector;
+                    rest.iter_mut()
+                        .zip(vector)
+                        .for_each(|(rest, d)| *rest -= number * d);
+                }
+            }
+        }
+        let explains = |faces: &[&Vec<Vec<f64>>]| {
+            let vectors: Vec<&[f64]> = faces.iter().flat_map(|f| f.iter().map(|v| &**v)).collect();
+            fitted(&vectors, &rest).1 <= self.limit
+        };
+        let each = functionals.iter().enumerate();
+        let mut pairs = each.flat_map(|(k, a)| functionals[..k].iter().map(move |b| [a, b]));
+        match count {
+            0 => true,
+            1 => !functionals.iter().any(|face| explains(&[face])),
+            _ => !pairs.any(|pair| explains(&pair)),
+        }
     }
 }

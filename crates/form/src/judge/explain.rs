@@ -198,7 +198,7 @@ impl Scheme for Changes<'_> {
         self.changes[change].rank(self.factor(change, number))
     }
 
-    /// In a term that is missing nothing else matters; and the changed form still says something in each row: where all that a row is made of
+    /// In a term that is missing nothing else matters, nor is another one in its place; and the changed form still says something in each row: where all that a row is made of
     /// is taken away, it holds whatever the result is.
     fn is_sound(&self, trial: &Trial) -> bool {
         let Residual { terms, sizes, .. } = self.residual;
@@ -206,14 +206,13 @@ impl Scheme for Changes<'_> {
         let added: Vec<_> = each
             .map(|(k, delta)| (self.changes[*k].term(), *delta, &self.columns[*k]))
             .collect();
+        let has = |is: &dyn Fn(&Change) -> bool| trial.of.iter().any(|k| is(&self.changes[*k]));
         let count = |term: usize| added.iter().filter(|(of, ..)| *of == Some(term)).count();
         let is_missing = |k: &usize| matches!(self.changes[*k], Change::Factor { .. });
-        let mut missing = trial
-            .of
-            .iter()
-            .zip(&added)
-            .filter(|(k, (_, delta, _))| is_missing(k) && *delta == -1.0);
-        if missing.any(|(_, (term, ..))| term.is_some_and(|term| count(term) > 1)) {
+        let each = trial.of.iter().zip(&added);
+        let mut missing = each.filter(|(k, (_, delta, _))| is_missing(k) && *delta == -1.0);
+        let is_added = has(&|c| matches!(c, Change::Mass { .. } | Change::Slope { .. }));
+        if missing.any(|(_, (term, ..))| is_added || term.is_some_and(|term| count(term) > 1)) {
             return false;
         }
         let is_empty = |row: usize| {

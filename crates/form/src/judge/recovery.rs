@@ -7,7 +7,7 @@
 use faceoff_mesh::parallel;
 
 pub use super::residual::largest;
-use super::residual::{dot, norm};
+use super::residual::{add, dot, norm};
 
 /// A cause leaves no more than this part of the largest row.
 const CONTRAST: f64 = 1e-2;
@@ -152,26 +152,9 @@ struct Search<'a> {
 impl Search<'_> {
     /// The δ that leave least in the sum of squares.
     fn fit(&self, of: Vec<usize>) -> Trial {
-        let mut trial = Trial {
-            deltas: vec![0.0; of.len()],
-            of,
-            left: 0.0,
-        };
-        // The second time for what rounding has left.
-        for _ in 0..2 {
-            let rest = self.rest(&trial);
-            let of = trial.of.iter().map(|k| &self.columns[*k]);
-            let right = of.clone().map(|c| dot(&c.vector, &rest)).collect();
-            let gram = of
-                .clone()
-                .map(|c| of.clone().map(|d| dot(&c.vector, &d.vector)).collect())
-                .collect();
-            for (delta, more) in trial.deltas.iter_mut().zip(solved(gram, right)) {
-                *delta += more;
-            }
-        }
-        trial.left = largest(&self.rest(&trial));
-        trial
+        let vectors: Vec<&[f64]> = of.iter().map(|k| &*self.columns[*k].vector).collect();
+        let (deltas, left) = fitted(&vectors, self.b);
+        Trial { of, deltas, left }
     }
 
     fn rest(&self, trial: &Trial) -> Vec<f64> {
@@ -349,6 +332,24 @@ impl Search<'_> {
         }
         found
     }
+}
+
+/// The multiples of vectors that leave least of b in the sum of squares, and the largest row that they leave.
+pub fn fitted(vectors: &[&[f64]], b: &[f64]) -> (Vec<f64>, f64) {
+    let mut deltas = vec![0.0; vectors.len()];
+    let mut rest = b.to_vec();
+    // The second time for what rounding has left.
+    for _ in 0..2 {
+        let right = vectors.iter().map(|d| dot(d, &rest)).collect();
+        let products = |d: &&[f64]| vectors.iter().map(|e| dot(d, e)).collect();
+        let more = solved(vectors.iter().map(products).collect(), right);
+        for ((delta, more), vector) in deltas.iter_mut().zip(more).zip(vectors) {
+            *delta += more;
+            add(&mut rest, vector, -more);
+        }
+    }
+    let left = largest(&rest);
+    (deltas, left)
 }
 
 /// Solves a small symmetric system by elimination with pivots on the diagonal; 0 for what is not determined.
