@@ -141,3 +141,16 @@ fn a_kept_answer_counts_as_long_as_its_program_is_what_it_was() {
         fs::remove_dir_all(at.join("kept")).unwrap();
     }
 }
+
+/// Its program lies where nobody here can look at it.
+#[test]
+fn an_answer_from_another_system_is_not_kept() {
+    let folder = folder();
+    let engine = "name = \"there\"\ncommand = [\"true\"]\nwithin = [\"env\", \"--chdir={job}\"]\n";
+    write(folder.path(), "there.toml", engine);
+    let words = "verify one-zone --n 4 --engines rust,there.toml --resume kept";
+    let ran = run(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    let told = "nobody can tell what its answer depends on; run it without --resume";
+    assert!(ran.stderr.contains(told), "{}", ran.stderr);
+}

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{assert_valid, folder, run, source, write};
+use crate::common::{assert_valid, changed_companion, folder, run, source, write};
 use serde_json::Value;
 
 /// A study that is ended by its finest mesh and not by its budget, so that it is the same everywhere but for times.
@@ -165,6 +165,27 @@ fn a_study_is_resumed() {
     assert_ne!(other, text);
     write(folder.path(), "journal/journal.jsonl", &other);
     refused("journal", "was begun with something else: processor was");
+}
+
+/// Times of a program that was changed since are not those of the one that is there.
+#[test]
+fn a_study_is_not_resumed_with_another_program() {
+    let folder = folder();
+    let engine = changed_companion(folder.path(), "freefem", "cases < 1", "cases < 1");
+    let words = "study one-zone --methods cr --finest 8 --budget 1s --resume kept --engines";
+    let words: Vec<&str> = words.split(' ').chain([&*engine]).collect();
+    for _ in 0..2 {
+        let ran = run(folder.path(), &words);
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    }
+    let script = folder.path().join("copy/signorini.edp");
+    let text = std::fs::read_to_string(&script).unwrap();
+    std::fs::write(&script, text + "// changed\n").unwrap();
+    let ran = run(folder.path(), &words);
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    let told = "of changed: one-zone, changed cr, n = 8, mesh";
+    assert!(ran.stderr.contains(told), "{}", ran.stderr);
+    assert!(ran.stderr.contains("companion was"), "{}", ran.stderr);
 }
 
 /// `solve --accuracy` reaches the true error that is asked for, on a mesh less than twice as fine as it takes: the bound

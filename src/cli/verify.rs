@@ -8,7 +8,7 @@ use super::progress::watched;
 use super::{DONE, FAILED, code, engines};
 use crate::campaigns::face_off;
 use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
-use crate::engine::{self, Baseline, Engine, Launch, Settings, typed};
+use crate::engine::{self, Engine, Launch, Settings, typed};
 use crate::report::console::note;
 use crate::report::{self, Output, Verified, deliver};
 use crate::run::{Code, FaceOff, Failure, Record, Store, is_face_off};
@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
     distinct(&arguments.n, "n", "give different refinements")?;
     let (mut engines, missing) = present(arguments)?;
     if let Some(folder) = &arguments.against {
-        engines.extend(Baseline::read(folder)?.engines());
+        engines.extend(Record::read(folder)?.engines());
     }
     if let Some(folder) = &arguments.record {
         report::check_baseline_folder(folder)?;
@@ -73,8 +73,8 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
     for failure in &outcome.failures {
         note!("faceoff: {}", failure.message);
     }
-    let recorded = recorded(arguments, outcome.verdict, |folder, recipe| {
-        report::write_baseline(folder, recipe, &request, &outcome)
+    let recorded = recorded(arguments, outcome.verdict, |_, recipe| {
+        report::baseline(recipe, &request.settings, &outcome)
     })?;
     Ok(code(outcome.verdict).max(recorded))
 }
@@ -161,8 +161,8 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         }
     }
     let recorded = store.as_ref().map(|store| {
-        recorded(arguments, outcome.verdict, |folder, recipe| {
-            report::write_record(folder, recipe, store, &outcome)
+        recorded(arguments, outcome.verdict, |beside, recipe| {
+            store.record(beside, recipe, &outcome.asked())
         })
     });
     Ok(code(outcome.verdict).max(recorded.transpose()?.unwrap_or(DONE)))
@@ -189,18 +189,19 @@ pub(super) fn may_start<'a>(
     Err(Error::usage(what, remedy))
 }
 
-/// Writes a baseline by `write`, with the command that makes it again, if all agree: it holds what all codes answer alike. The
+/// Writes the record that `make` makes, with the command that makes it again, if all agree: it holds what all codes answer alike. The
 /// exit code of that alone.
 fn recorded(
     arguments: &Verify,
     verdict: Verdict,
-    write: impl FnOnce(&Path, &str) -> Result<()>,
+    make: impl FnOnce(&Path, &str) -> Result<Record>,
 ) -> Result<u8> {
     let Some(folder) = &arguments.record else {
         return Ok(DONE);
     };
     if verdict.passes() {
-        write(folder, &format!("faceoff {}", typed()))?;
+        let recipe = format!("faceoff {}", typed());
+        report::write_record(folder, |beside| make(beside, &recipe))?;
         return Ok(DONE);
     }
     note!("faceoff: nothing was recorded, as the codes do not agree; settle the difference first");

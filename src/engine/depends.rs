@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::kept::digest;
+use super::digest;
 use super::process::find_in_path;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};

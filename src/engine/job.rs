@@ -381,7 +381,10 @@ pub(super) fn read_values(
 }
 
 /// Little-endian binary64.
-pub(super) fn binary(bytes: &[u8], expected: usize) -> Result<Vec<f64>, String> {
+///
+/// # Errors
+/// In words: another number of bytes.
+pub fn binary(bytes: &[u8], expected: usize) -> Result<Vec<f64>, String> {
     if bytes.len() != 8 * expected {
         return Err(format!(
             "it has {} bytes, and {expected} values take {}",
@@ -394,7 +397,10 @@ pub(super) fn binary(bytes: &[u8], expected: usize) -> Result<Vec<f64>, String> 
 }
 
 /// One value a dof, after every cell that has it gave the same.
-pub(super) fn to_dofs(problem: &Problem, values: &[f64]) -> Result<Vec<f64>, String> {
+///
+/// # Errors
+/// In words: values that are not finite, or not the same from every cell.
+pub fn to_dofs(problem: &Problem, values: &[f64]) -> Result<Vec<f64>, String> {
     let space = &problem.space;
     let size = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let mut u: Vec<Option<(f64, usize)>> = vec![None; space.dofs];

@@ -9,12 +9,10 @@ mod file;
 mod freefem;
 mod install;
 mod job;
-mod kept;
 mod machine;
 mod process;
 mod program;
 mod quoted;
-mod recorded;
 mod rust;
 mod sandbox;
 mod script;
@@ -35,11 +33,9 @@ pub use explain::Explanation;
 pub use file::{EngineFile, parsed};
 pub use freefem::lacks_plugins;
 pub use install::{Installation, install, meshio_python, plan};
-pub use job::{case_label, raw_values};
-pub use kept::{Kept, digest, first_difference, identity};
+pub use job::{binary, case_label, raw_values, to_dofs};
 pub use machine::{HighWater, Machine, held_memory, peak_memory_mb};
 pub use quoted::{quoted, typed};
-pub use recorded::{BASELINE, Baseline, record};
 pub use script::{Form, How, Left, Script, Task, Written, copy, fill};
 pub use version::doubt;
 pub use written::{Source, with};
@@ -297,6 +293,11 @@ pub fn unique<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
         }
     }
     found
+}
+
+/// A short digest of bytes.
+pub fn digest(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex()[..16].to_owned()
 }
 
 /// Of a companion's scripts, by name and text, or of the copies in a folder.

@@ -173,6 +173,13 @@ impl Engine for Program {
                 "version": self.probe()?,
                 "companion": fenicsx::digest(scripts.as_deref())?,
             }),
+            Kind::Other { .. } if !self.within.is_here() => {
+                let what = format!(
+                    "{} runs within another system, so that nobody can tell what its answer depends on",
+                    self.name
+                );
+                return Err(Error::usage(what, "run it without --resume"));
+            }
             Kind::Other { command, folder } => {
                 json!({ "command": command, "depends": depends::digests(command, folder)? })
             }

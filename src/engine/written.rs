@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
+use super::digest;
 use super::fenicsx::python_with;
-use super::kept::digest;
 use super::process::find_in_path;
 use faceoff_form::Problem;
 use faceoff_form::codes::Code;

@@ -3,10 +3,9 @@
 use std::path::Path;
 
 use super::folder::{check_folder, names, write_folder};
-use crate::campaigns::face_off::FaceOffOutcome;
-use crate::campaigns::verify::{VerifyOutcome, VerifyRequest};
-use crate::engine::{self, BASELINE, Kept, record};
-use crate::run::Store;
+use crate::campaigns::verify::VerifyOutcome;
+use crate::engine::{OWN, Settings};
+use crate::run::{BASELINE, Record};
 use faceoff_mesh::error::{Error, Result};
 
 /// Refuses a folder that a baseline would be mixed into.
@@ -17,42 +16,30 @@ pub fn check_baseline_folder(folder: &Path) -> Result<()> {
     check_folder(folder, |folder| folder.join(BASELINE).is_file())
 }
 
-/// Writes what every engine but ours answered.
+/// What every engine but ours answered.
 ///
 /// # Errors
-/// Files that cannot be written.
-pub fn write_baseline(
-    folder: &Path,
-    recipe: &str,
-    request: &VerifyRequest,
-    outcome: &VerifyOutcome,
-) -> Result<()> {
-    let mut cases = Vec::new();
-    for case in &outcome.cases {
-        let of = case.setup.case()?;
-        let others = case.engines.iter().filter(|e| e.engine != engine::OWN);
-        let kept = others.map(|e| Kept::new(&e.engine, &e.version, &of, &e.answer));
-        let kept = kept.map(Kept::without_times).collect();
-        cases.push((of, kept));
+/// None but of cases that could not be solved either.
+pub fn baseline(recipe: &str, settings: &Settings, outcome: &VerifyOutcome) -> Result<Record> {
+    let mut record = Record::of_settings(recipe, settings);
+    for of in &outcome.cases {
+        let case = of.setup.case()?;
+        for engine in of.engines.iter().filter(|of| of.engine != OWN) {
+            let by = [&*engine.engine, &*engine.version];
+            record.add_answer(by, &case, &engine.answer);
+        }
     }
-    write_folder(folder, |beside| {
-        record(beside, recipe, &request.settings, cases)
-    })
+    Ok(record)
 }
 
-/// Writes what every code of a face-off answered, as files of its own.
+/// Writes the record that `make` returns into a folder, with the files that it puts beside it.
 ///
 /// # Errors
-/// Files that cannot be written.
-pub fn write_record(
-    folder: &Path,
-    recipe: &str,
-    store: &Store,
-    outcome: &FaceOffOutcome,
-) -> Result<()> {
+/// What `make` returns; files that cannot be written.
+pub fn write_record(folder: &Path, make: impl FnOnce(&Path) -> Result<Record>) -> Result<()> {
     write_folder(folder, |beside| {
-        store.record(beside, (&outcome.name, recipe), &outcome.asked())?;
-        // Those of an earlier record cannot be moved onto.
+        make(beside)?.write(beside)?;
+        // Folders of an earlier record cannot be moved onto.
         for name in names(beside)? {
             let old = folder.join(name);
             if old.is_dir() {

@@ -37,7 +37,7 @@ mod table;
 mod terminal;
 mod verify;
 
-pub use baseline::{check_baseline_folder, write_baseline, write_record};
+pub use baseline::{baseline, check_baseline_folder, write_record};
 pub use certified::{Certified, percent_above};
 pub use certify::{Certification, certify};
 pub use compare::{compare, compare_many};

@@ -5,8 +5,8 @@ mod evaluated;
 mod face_off;
 pub mod foreign;
 pub mod function;
-mod journal;
 mod orders;
+mod store;
 mod variation;
 mod written;
 
@@ -18,18 +18,17 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 pub use evaluated::{Evaluated, certificate, consistent};
-pub use face_off::{
-    Asked, Code, FaceOff, FormFile, Judged, Label, Level, Record, Same, Store, is_face_off,
-};
-pub use journal::Journal;
+pub use face_off::{Asked, Code, FaceOff, FormFile, Judged, Label, Level, Same, is_face_off};
 pub use orders::{Fit, Observed, check_meshes, observed_orders};
+pub use store::{BASELINE, Journal, Record, Store};
 pub use variation::{Datum, Setup, Variation, reverse_cells, reverse_points};
 pub use written::Written;
 
-use crate::engine::{Answer, Case, Engine, Kept, Progress, Run, Settings, case_label, identity};
+use crate::engine::{Answer, Case, Engine, Progress, Run, Settings, case_label};
 use faceoff_fem::contact::Method;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
+use store::{Kept, identity};
 
 /// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15,
 /// and γ off by 1e-6 gives 3e-11 or more.
@@ -193,26 +192,20 @@ impl<'a> Runner<'a> {
             found.extend(self.job(engine, cases, self.settings, first)?);
             return Ok(found);
         };
-        let mut program = engine.identity()?;
         for (k, case) in cases.iter().enumerate() {
             cancel::check()?;
-            let key = format!("{}: {}", engine.name(), case_label(case));
-            let asked = json!({ "program": program, "problem": identity(case) });
-            if let Some(kept) = journal.find::<Kept>(&key, &asked)?
-                && let Ok(answer) = kept.answer(case)
-            {
-                found.version = kept.version;
-                found.answers.push(Some(Arc::new(answer)));
-                continue;
-            }
-            let run = self.job(engine, &[case], self.settings, first + k)?;
-            program = engine.identity()?;
-            let after = json!({ "program": program, "problem": identity(case) });
-            for answer in &run.answers {
-                let kept = Kept::new(engine.name(), &run.version, case, answer);
-                journal.keep_run(&key, [&asked, &after], &kept)?;
-            }
-            found.extend(run);
+            let usable = |kept: Kept| {
+                let answers = vec![kept.answer(case).ok()?];
+                let version = kept.version;
+                Some(Run { version, answers })
+            };
+            let run = || {
+                let run = self.job(engine, &[case], self.settings, first + k)?;
+                let kept = Kept::new(&run.version, case, &run.answers[0]);
+                Ok((run, kept))
+            };
+            let (of, program) = ([engine.name(), &case_label(case)], || engine.identity());
+            found.extend(journal.once(of, program, &identity(case), usable, run)??);
         }
         Ok(found)
     }

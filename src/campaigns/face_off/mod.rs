@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 pub use cause::{Cause, Finding};
 pub use diagnosis::{Change, Diagnosis, Moved};
@@ -78,7 +78,7 @@ pub struct FaceOffOutcome {
 }
 
 impl FaceOffOutcome {
-    /// Each run of a code, with its level and what it was asked.
+    /// Each run of a code, with its level and its problem.
     pub fn asked(&self) -> Vec<(String, Level, Value)> {
         let runs = self.runs.iter().filter(|run| run.seconds.is_some());
         runs.map(|run| (run.code.clone(), run.of.clone(), run.problem.clone()))
@@ -321,7 +321,7 @@ fn players<'a>(of: &'a FaceOff, how: &Running<'a>) -> Result<Vec<Player<'a>>> {
     });
     let mut players: Vec<Player> = live.collect();
     if let Some(record) = how.against {
-        for name in record.codes() {
+        for name in record.players() {
             let code = code(name).ok_or_else(|| {
                 let what = format!("{name} was recorded, and is no code of this face-off");
                 Error::usage(what, format!("{}: record it again", known()))
@@ -354,29 +354,11 @@ fn answer(
     (level, problem): (&Level, &Value),
     how: &Running,
 ) -> Result<Result<Left>> {
-    let asked = || {
-        let identity = how.store.map(|_| code.identity()).transpose()?;
-        Ok(json!({ "problem": problem, "code": identity }))
+    let run = |into| code.run(task, &run_how(of, code, level, "", how, into));
+    let Some(store) = how.store else {
+        return Ok(run(None));
     };
-    let before = match asked() {
-        Ok(before) => before,
-        Err(error) => return Ok(Err(error)),
-    };
-    let mut into = None;
-    if let Some(store) = how.store {
-        if let Some(left) = store.find(code, level, &before)? {
-            return Ok(Ok(left));
-        }
-        into = Some(store.place(code.name(), level)?);
-    }
-    let left = match code.run(task, &run_how(of, code, level, "", how, into)) {
-        Ok(left) => left,
-        Err(error) => return Ok(Err(error)),
-    };
-    if let Some(store) = how.store {
-        store.keep(code.name(), level, [&before, &asked()?], left.seconds)?;
-    }
-    Ok(Ok(left))
+    store.once(code, level, problem, |place| run(Some(place)))
 }
 
 /// How one run is done, in a folder of its own.

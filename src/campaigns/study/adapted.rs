@@ -21,9 +21,6 @@ const ACCURACIES: [f64; 8] = [0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001];
 impl Campaign<'_> {
     pub fn adapted(&mut self) -> Result<()> {
         let request = self.request;
-        if self.rust().is_none() {
-            return Ok(());
-        }
         for subject in &request.subjects {
             if dimension(subject) != 2 {
                 continue;
@@ -56,6 +53,9 @@ impl Campaign<'_> {
         accuracy: f64,
         varied: Varied,
     ) -> Result<Option<usize>> {
+        let Some(engine) = self.rust() else {
+            return Ok(None);
+        };
         let name = subject.scene.name();
         let what = format!("{name}, rust {method}, adapted to {accuracy:e}, {varied}");
         let key = format!(
@@ -64,7 +64,7 @@ impl Campaign<'_> {
             self.request.settings.stop
         );
         let title = what.clone();
-        self.once(what, &key, |campaign| {
+        self.once(what, engine, &key, |campaign| {
             let mut row = campaign.reached(subject, method, accuracy, &title)?;
             if let Some(row) = &mut row {
                 row.varied = varied;

@@ -16,7 +16,7 @@ use super::scaling::scaling;
 use super::subject::Subject;
 use super::waste::waste;
 use super::{LeftOut, StudyOutcome, StudyRequest};
-use crate::engine::{self, Engine, Machine, Progress};
+use crate::engine::{self, Engine, Machine, Progress, digest};
 use crate::run::Journal;
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::MeshSource;
@@ -42,7 +42,7 @@ const LEAST_LIMIT: f64 = 60.0;
 pub(super) const GROWTH: f64 = 5.0;
 
 /// What was measured, and the seconds that it took, evaluation included.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 struct Measured {
     cost: f64,
     row: Row,
@@ -175,61 +175,56 @@ impl<'a> Campaign<'a> {
         })
     }
 
-    /// What is made once of a setting: from the journal, or now. What is refused is left out, and no row comes of it; nor
-    /// of none, which is for want of time. The row's number.
+    /// What is made once of a setting, all of which is in `key` but the program: from the journal, or now. What is refused is left out, and
+    /// no row comes of it; nor of none, which is for want of time. The row's number.
     pub fn once(
         &mut self,
         what: String,
+        engine: &dyn Engine,
         key: &str,
         make: impl FnOnce(&Self) -> Result<Option<Row>>,
     ) -> Result<Option<usize>> {
         self.next(&what)?;
-        let key = blake3::hash(key.as_bytes()).to_hex().to_string();
-        let known = match &self.journal {
-            Some(journal) => journal.find::<Measured>(&key, &Value::Null)?,
-            None => None,
+        let mut is_late = false;
+        let found = || {
+            let begun = Instant::now();
+            let row = make(self)?;
+            is_late = row.is_none();
+            let row = row.ok_or_else(|| Error::usage("the budget was spent", "give more"))?;
+            let cost = begun.elapsed().as_secs_f64();
+            let measured = Measured { cost, row };
+            Ok((measured.clone(), measured))
         };
-        let Measured { cost, row } = match known {
-            Some(known) => known,
-            None => {
-                let begun = Instant::now();
-                let row = match make(self) {
-                    Ok(Some(row)) => row,
-                    Ok(None) => {
-                        self.leave_out(what, "the budget was spent");
-                        return Ok(None);
-                    }
-                    Err(error @ (Error::Ended(_) | Error::Contradiction { .. })) => {
-                        return Err(error);
-                    }
-                    Err(other) => {
-                        self.leave_out(what, other.to_string());
-                        return Ok(None);
-                    }
-                };
-                let cost = begun.elapsed().as_secs_f64();
-                let measured = Measured { cost, row };
-                if let Some(journal) = &self.journal {
-                    journal.keep(&key, &Value::Null, &measured)?;
-                }
-                measured
+        let at = format!("{what}, {}", digest(key.as_bytes()));
+        let of = [engine.name(), &at];
+        let found = match &self.journal {
+            Some(journal) => journal.once(of, || engine.identity(), &Value::Null, Some, found)?,
+            None => found().map(|(measured, _)| measured),
+        };
+        match found {
+            Ok(Measured { cost, row }) => {
+                self.rows.push(row);
+                self.costs.push(cost);
+                return Ok(Some(self.rows.len() - 1));
             }
-        };
-        self.rows.push(row);
-        self.costs.push(cost);
-        Ok(Some(self.rows.len() - 1))
+            Err(error @ (Error::Ended(_) | Error::Contradiction { .. })) => return Err(error),
+            Err(_) if is_late => self.leave_out(what, "the budget was spent"),
+            Err(other) => self.leave_out(what, other.to_string()),
+        }
+        Ok(None)
     }
 
     /// Measures a setting; the row's number.
     pub fn add(&mut self, setting: &Setting) -> Result<Option<usize>> {
-        let name = setting.engine.name();
-        let version = self.engines.iter().find(|(known, _)| known == name);
-        let version = version.map_or("", |(_, version)| version.as_str());
-        let key = format!("{} {version}", setting.key()?);
-        self.once(setting.title(), &key, |campaign| {
-            let left = campaign.budget() - campaign.elapsed();
-            measure(setting, left.max(LEAST_LIMIT)).map(Some)
-        })
+        self.once(
+            setting.title(),
+            setting.engine,
+            &setting.key()?,
+            |campaign| {
+                let left = campaign.budget() - campaign.elapsed();
+                measure(setting, left.max(LEAST_LIMIT)).map(Some)
+            },
+        )
     }
 
     fn meshes(&mut self) -> Result<()> {
@@ -326,7 +321,7 @@ pub(super) fn identity(subject: &Subject) -> Result<String> {
     let content = match scene.source() {
         MeshSource::File { path, .. } => {
             let bytes = faceoff_mesh::file::read(path)?;
-            blake3::hash(&bytes).to_hex().to_string()
+            digest(&bytes)
         }
         _ => String::new(),
     };

@@ -35,7 +35,7 @@ impl Setting<'_> {
         setup.varied(self.variation.as_ref())
     }
 
-    /// All that makes it what it is, but for the engine's version.
+    /// All that makes it what it is, but for the engine's program.
     ///
     /// # Errors
     /// A mesh file that cannot be read.

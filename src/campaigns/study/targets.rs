@@ -192,11 +192,16 @@ impl Campaign<'_> {
             variation: None,
             settings,
         };
-        let made = self.once(setting.title(), &setting.key()?, |campaign| {
-            let mut row = measure(&setting, f64::INFINITY)?;
-            campaign.follow(subject, &mut row)?;
-            Ok(Some(row))
-        })?;
+        let made = self.once(
+            setting.title(),
+            setting.engine,
+            &setting.key()?,
+            |campaign| {
+                let mut row = measure(&setting, f64::INFINITY)?;
+                campaign.follow(subject, &mut row)?;
+                Ok(Some(row))
+            },
+        )?;
         Ok(made.is_some())
     }
 

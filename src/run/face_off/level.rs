@@ -162,6 +162,16 @@ impl Level {
         parameters
     }
 
+    /// Where it is on each axis: `n = 4, dt = 0.05`; nothing where there is one level alone.
+    pub fn words(&self) -> String {
+        let n = self.n.map(|n| format!("n = {n}"));
+        let value = self
+            .value
+            .as_ref()
+            .map(|(name, value)| format!("{name} = {value}"));
+        n.into_iter().chain(value).collect::<Vec<_>>().join(", ")
+    }
+
     /// The end of the names of its folders: `-n16`, `-dt0.05`.
     pub fn suffix(&self) -> String {
         let n = self.n.map_or(String::new(), |n| format!("-n{n}"));

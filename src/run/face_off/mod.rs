@@ -28,7 +28,6 @@ mod formula;
 mod integrals;
 mod level;
 mod parameters;
-mod store;
 mod tables;
 mod times;
 
@@ -42,7 +41,6 @@ pub use code::Code;
 pub use form::FormFile;
 pub use formula::Formula;
 pub use level::{Label, Level};
-pub use store::{Record, Store};
 pub use times::Judged;
 
 use faceoff_form::Problem;

@@ -8,14 +8,17 @@ use std::sync::Mutex;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use crate::engine::{first_difference, lock};
+use super::{Entry, first_difference, name};
+use crate::engine::lock;
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::file;
 
-/// The version of the file.
-const SCHEMA: &str = "faceoff/journal/1";
+/// Every version of the file begins so.
+const JOURNAL: &str = "faceoff/journal/";
+/// This one.
+const SCHEMA: &str = "faceoff/journal/2";
 
 /// A file that one run at a time appends to.
 #[derive(Debug)]
@@ -23,7 +26,10 @@ pub struct Journal {
     path: PathBuf,
     /// Locked until it is dropped.
     file: Mutex<File>,
+    /// By [`name`].
     known: HashMap<String, Entry>,
+    /// What a program was when it was asked last, by the name of who answers.
+    programs: Mutex<HashMap<String, Value>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -31,18 +37,6 @@ struct Header {
     schema: String,
     /// All that every entry depends on.
     of: Value,
-}
-
-/// What was found for what was asked.
-#[derive(Debug, Serialize, Deserialize)]
-struct Entry {
-    key: String,
-    asked: Value,
-    found: Value,
-    /// Data that were changed while it was found: what a program writes beside itself is no part of what it depends on. Its scripts, and
-    /// what its command names, always are.
-    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
-    wrote: BTreeSet<String>,
 }
 
 impl Journal {
@@ -99,7 +93,11 @@ impl Journal {
             Some((_, first)) => {
                 let header: Header = serde_json::from_str(first).map_err(|_| no_journal())?;
                 if header.schema != SCHEMA {
-                    return Err(no_journal());
+                    if !header.schema.starts_with(JOURNAL) {
+                        return Err(no_journal());
+                    }
+                    let what = "is of another version of faceoff, whose answers cannot be used";
+                    return Err(refuse(&path, what.into()));
                 }
                 if let Some(what) = first_difference("", &header.of, of) {
                     return Err(refuse(
@@ -114,61 +112,82 @@ impl Journal {
         for (line, text) in lines {
             let entry: Entry = serde_json::from_str(text)
                 .map_err(|e| fault(line, format!("it is no entry: {e}"), "remove the line"))?;
-            known.insert(entry.key.clone(), entry);
+            known.insert(name([&entry.by, &entry.at]), entry);
         }
         Ok(Journal {
             path,
             file: Mutex::new(file),
             known,
+            programs: Mutex::default(),
         })
     }
 
-    /// What was found under this key, if what was asked then is what is asked now.
+    /// What was answered to a problem: what was kept, if it is `usable`, or what is `found` now, which is kept. What the answer depends on
+    /// besides, `program` tells; it may take a second, and is asked anew only behind a run, in which a program may write beside itself.
     ///
     /// # Errors
-    /// Something else was asked under the key.
-    pub fn find<T: DeserializeOwned>(&self, key: &str, asked: &Value) -> Result<Option<T>> {
-        let Some(entry) = self.known.get(key) else {
+    /// Something else was asked then; a file that cannot be written. Within: what keeps it from being asked or found.
+    pub fn once<K: Serialize + DeserializeOwned, T>(
+        &self,
+        of: [&str; 2],
+        program: impl Fn() -> Result<Value>,
+        problem: &Value,
+        usable: impl FnOnce(K) -> Option<T>,
+        found: impl FnOnce() -> Result<(T, K)>,
+    ) -> Result<Result<T>> {
+        let asked = |is_after: bool| {
+            let known = lock(&self.programs).get(of[0]).cloned();
+            let program = match known.filter(|_| !is_after) {
+                Some(known) => known,
+                None => program()?,
+            };
+            lock(&self.programs).insert(of[0].to_owned(), program.clone());
+            Ok(json!({ "program": program, "problem": problem }))
+        };
+        let before = match asked(false) {
+            Ok(before) => before,
+            Err(error) => return Ok(Err(error)),
+        };
+        if let Some(known) = self.find(of, &before)?.and_then(usable) {
+            return Ok(Ok(known));
+        }
+        match found().and_then(|found| Ok((found, asked(true)?))) {
+            Err(error) => Ok(Err(error)),
+            Ok(((answer, kept), after)) => {
+                self.keep(of, [&before, &after], &kept)?;
+                Ok(Ok(answer))
+            }
+        }
+    }
+
+    /// What was found, if what was asked then is what is asked now.
+    fn find<T: DeserializeOwned>(&self, of: [&str; 2], asked: &Value) -> Result<Option<T>> {
+        let name = name(of);
+        let Some(entry) = self.known.get(&name) else {
             return Ok(None);
         };
         let wrote: BTreeSet<&String> = self.known.values().flat_map(|of| &of.wrote).collect();
         let [was, is] = [&entry.asked, asked].map(|asked| without(asked, &wrote));
         if let Some(what) = first_difference("", &was, &is) {
-            let what = format!("was begun with something else: of {key}, {what}");
+            let what = format!("was begun with something else: of {name}, {what}");
             return Err(refuse(&self.path, what));
         }
         // What cannot be read is found again.
         Ok(serde_json::from_value(entry.found.clone()).ok())
     }
 
-    /// Keeps what was found.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn keep(&self, key: &str, asked: &Value, found: &impl Serialize) -> Result<()> {
-        self.keep_run(key, [asked; 2], found)
-    }
-
-    /// Keeps what was found by a program, with what was asked as it stood before it ran and after.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn keep_run(
-        &self,
-        key: &str,
-        [asked, after]: [&Value; 2],
-        found: &impl Serialize,
-    ) -> Result<()> {
+    /// Keeps what was found, with what was asked as it stood before and after.
+    fn keep(&self, [by, at]: [&str; 2], asked: [&Value; 2], found: &impl Serialize) -> Result<()> {
         let mut wrote = BTreeSet::new();
-        changed(asked, after, &mut wrote);
+        changed(asked[0], asked[1], &mut wrote);
         let entry = Entry {
-            key: key.to_owned(),
-            asked: asked.clone(),
+            by: by.to_owned(),
+            at: at.to_owned(),
+            asked: asked[0].clone(),
             found: serde_json::to_value(found).unwrap_or_default(),
             wrote,
         };
-        let mut file = lock(&self.file);
-        append(&mut file, &self.path, &entry)
+        append(&mut lock(&self.file), &self.path, &entry)
     }
 }
 
@@ -239,26 +258,26 @@ mod tests {
         let path = folder.path().join("j.jsonl");
         let (of, asked) = (json!({"machine": "A"}), json!({"n": 8}));
         let journal = Journal::open(&path, &of).unwrap();
-        journal.keep("a", &asked, &2.5).unwrap();
-        journal.keep("b", &asked, &f64::NAN).unwrap();
+        journal.keep(["a", ""], [&asked; 2], &2.5).unwrap();
+        journal.keep(["b", ""], [&asked; 2], &f64::NAN).unwrap();
         drop(journal);
         let text = fs::read_to_string(&path).unwrap();
         assert_eq!(text.lines().count(), 3);
         // Killed while it wrote.
         fs::write(&path, format!("{text}{{\"key\":\"c\",\"as")).unwrap();
         let again = Journal::open(&path, &of).unwrap();
-        assert_eq!(again.find("a", &asked).unwrap(), Some(2.5));
+        assert_eq!(again.find(["a", ""], &asked).unwrap(), Some(2.5));
         // JSON has no NaN: what would not be read again is measured again.
-        assert_eq!(again.find::<f64>("b", &asked).unwrap(), None);
-        assert_eq!(again.find::<f64>("c", &asked).unwrap(), None);
-        again.keep("c", &asked, &0.0).unwrap();
+        assert_eq!(again.find::<f64>(["b", ""], &asked).unwrap(), None);
+        assert_eq!(again.find::<f64>(["c", ""], &asked).unwrap(), None);
+        again.keep(["c", ""], [&asked; 2], &0.0).unwrap();
         // Of what could not be used and was found again, the later holds.
-        again.keep("a", &asked, &3.5).unwrap();
+        again.keep(["a", ""], [&asked; 2], &3.5).unwrap();
         drop(again);
         let again = Journal::open(&path, &of).unwrap();
-        assert_eq!(again.find("c", &asked).unwrap(), Some(0.0));
-        assert_eq!(again.find("a", &asked).unwrap(), Some(3.5));
-        let other = again.find::<f64>("a", &json!({"n": 16})).unwrap_err();
+        assert_eq!(again.find(["c", ""], &asked).unwrap(), Some(0.0));
+        assert_eq!(again.find(["a", ""], &asked).unwrap(), Some(3.5));
+        let other = again.find::<f64>(["a", ""], &json!({"n": 16})).unwrap_err();
         assert!(
             other.to_string().contains("of a, n was 8 and is 16"),
             "{other}"
@@ -267,10 +286,10 @@ mod tests {
         // Killed while it began.
         fs::write(&path, "{\"schema\":\"faceoff/jou").unwrap();
         let again = Journal::open(&path, &of).unwrap();
-        again.keep("a", &asked, &2.5).unwrap();
+        again.keep(["a", ""], [&asked; 2], &2.5).unwrap();
         drop(again);
         let again = Journal::open(&path, &of).unwrap();
-        assert_eq!(again.find("a", &asked).unwrap(), Some(2.5));
+        assert_eq!(again.find(["a", ""], &asked).unwrap(), Some(2.5));
     }
 
     #[test]
@@ -281,21 +300,26 @@ mod tests {
             |log: &str, data: &str| json!({ "code": { "beside": { "log": log, "data": data } } });
         let journal = Journal::open(&path, &json!({})).unwrap();
         journal
-            .keep_run("a", [&asked("1", "x"), &asked("2", "x")], &2.5)
+            .keep(["a", ""], [&asked("1", "x"), &asked("2", "x")], &2.5)
             .unwrap();
-        journal.keep("b", &asked("2", "x"), &3.5).unwrap();
+        journal
+            .keep(["b", ""], [&asked("2", "x"); 2], &3.5)
+            .unwrap();
         // A script that was changed meanwhile is not taken for what the program wrote.
         let script = |text: &str| json!({ "code": { "files": { "log": text } } });
         journal
-            .keep_run("c", [&script("1"), &script("2")], &4.5)
+            .keep(["c", ""], [&script("1"), &script("2")], &4.5)
             .unwrap();
         drop(journal);
         let again = Journal::open(&path, &json!({})).unwrap();
-        assert_eq!(again.find("c", &script("1")).unwrap(), Some(4.5));
-        assert!(again.find::<f64>("c", &script("2")).is_err());
+        assert_eq!(again.find(["c", ""], &script("1")).unwrap(), Some(4.5));
+        assert!(again.find::<f64>(["c", ""], &script("2")).is_err());
         for (key, found) in [("a", 2.5), ("b", 3.5)] {
-            assert_eq!(again.find(key, &asked("3", "x")).unwrap(), Some(found));
-            assert!(again.find::<f64>(key, &asked("3", "y")).is_err());
+            assert_eq!(
+                again.find([key, ""], &asked("3", "x")).unwrap(),
+                Some(found)
+            );
+            assert!(again.find::<f64>([key, ""], &asked("3", "y")).is_err());
         }
     }
 
@@ -303,13 +327,13 @@ mod tests {
     fn other_files_are_refused_and_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("j.jsonl");
-        let foreign = r#"{"schema":"faceoff/journal/1","of":{"machine":"B"}}"#.to_owned() + "\n";
-        let later = r#"{"schema":"faceoff/journal/2","of":{"machine":"A"}}"#.to_owned() + "\n";
+        let foreign = r#"{"schema":"faceoff/journal/2","of":{"machine":"B"}}"#.to_owned() + "\n";
+        let earlier = r#"{"schema":"faceoff/journal/1","of":{"machine":"A"}}"#.to_owned() + "\n";
         let of = json!({"machine": "A"});
         for (text, sentence) in [
             ("mine", "no journal"),
             ("mine\nand mine", "no journal"),
-            (&later, "no journal"),
+            (&earlier, "another version"),
             (&foreign, "machine was \"B\" and is \"A\""),
         ] {
             fs::write(&path, text).unwrap();
@@ -322,7 +346,7 @@ mod tests {
         assert!(!folder.path().join("no").exists());
         drop(Journal::open(&folder.path().join("new"), &of).unwrap());
         let mut text = fs::read_to_string(folder.path().join("new/journal.jsonl")).unwrap();
-        text += "{\"key\":\"a\"}\n";
+        text += "{\"at\":\"a\"}\n";
         fs::write(&path, text).unwrap();
         let refused = Journal::open(&path, &of).unwrap_err().to_string();
         assert!(refused.contains(":2: "), "{refused}");

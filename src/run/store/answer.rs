@@ -5,15 +5,13 @@ use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::{Answer, Case, job};
+use crate::engine::{Answer, Case, binary, digest, to_dofs};
 use faceoff_fem::scene::Part;
 
-/// An answer in a journal or a baseline. What it does not hold is computed again from the dofs.
+/// An answer in a journal or a record. What it does not hold is computed again from the dofs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Kept {
-    /// Its name.
-    pub engine: String,
-    /// As it reported it.
+    /// As the engine reported it.
     pub version: String,
     converged: bool,
     step: usize,
@@ -28,7 +26,7 @@ pub struct Kept {
 
 impl Kept {
     /// An engine's answer to a case.
-    pub fn new(engine: &str, version: &str, case: &Case, answer: &Answer) -> Self {
+    pub fn new(version: &str, case: &Case, answer: &Answer) -> Self {
         let space = &case.problem.space;
         let cells = 0..space.mesh.cell_count();
         let dofs = cells.flat_map(|cell| space.cell_dofs(cell));
@@ -36,7 +34,6 @@ impl Kept {
             .flat_map(|dof| answer.u[*dof as usize].to_le_bytes())
             .collect();
         Kept {
-            engine: engine.into(),
             version: version.into(),
             converged: answer.converged,
             step: answer.step,
@@ -70,8 +67,8 @@ impl Kept {
         }
         let space = &case.problem.space;
         let expected = space.mesh.cell_count() * space.local_dofs;
-        let values = job::binary(&bytes, expected)?;
-        let u = job::to_dofs(&case.problem, &values)?;
+        let values = binary(&bytes, expected)?;
+        let u = to_dofs(&case.problem, &values)?;
         Ok(Answer {
             residual: case.problem.backward_error(&u).0,
             u,
@@ -86,11 +83,6 @@ impl Kept {
             seconds: self.seconds.clone(),
         })
     }
-}
-
-/// A short digest of bytes.
-pub fn digest(bytes: &[u8]) -> String {
-    blake3::hash(bytes).to_hex()[..16].to_owned()
 }
 
 /// Everything that the scheme of a case is made of.
@@ -118,15 +110,4 @@ pub fn identity(case: &Case) -> Value {
         "t": data.t.text(),
         "psi": data.psi.text(),
     })
-}
-
-/// The first key whose values differ, with both.
-pub fn first_difference(at: &str, kept: &Value, asked: &Value) -> Option<String> {
-    if let (Value::Object(of_kept), Value::Object(of_asked)) = (kept, asked) {
-        let keys = of_kept.keys().chain(of_asked.keys());
-        return keys
-            .into_iter()
-            .find_map(|key| first_difference(key, &kept[key], &asked[key]));
-    }
-    (kept != asked).then(|| format!("{at} was {kept} and is {asked}"))
 }
