@@ -104,8 +104,7 @@ impl Became {
 
 /// Of some entries together: undetermined where nothing was held against anything.
 pub fn verdict<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> Verdict {
-    let verdicts = entries.into_iter().filter_map(|e| e.became.verdict());
-    verdicts.max().unwrap_or(Verdict::Undetermined)
+    Verdict::of_all(entries.into_iter().filter_map(|e| e.became.verdict()))
 }
 
 /// Runs every release on every scene by every method.
@@ -114,11 +113,13 @@ pub fn verdict<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> Verdict {
 /// Two releases of one name, what does not describe a code, scenes that are not valid; an interruption. A release that fails is
 /// no error.
 pub fn matrix(request: &MatrixRequest, progress: &dyn Progress) -> Result<MatrixOutcome> {
-    let found = || request.releases.iter().map(|of| release(request, of));
-    let engines = found().collect::<Result<Vec<_>>>()?;
+    let engines = request.releases.iter();
+    let engines = engines.map(|of| engine::release(of.clone(), &request.path));
+    let engines = engines.collect::<Result<Vec<_>>>()?;
     let names = engines.iter().map(|engine| engine.name());
     distinct(names, "release", "give each a name of its own")?;
     let probed: Vec<Result<String>> = engines.iter().map(|engine| engine.probe()).collect();
+    let own = engine::find(OWN)?;
     let (mut cells, mut cases) = (Vec::new(), Vec::new());
     let all = request.scenes.len() * request.methods.len();
     for scene in &request.scenes {
@@ -129,34 +130,33 @@ pub fn matrix(request: &MatrixRequest, progress: &dyn Progress) -> Result<Matrix
             };
             let share = cases.len() as f64 / all as f64;
             progress.next(&format!("{}, {}", place.scene, place.method), share);
-            let mut runs = vec![engine::find(OWN)?];
-            let mut refusals = Vec::new();
-            for (of, probed) in found().zip(&probed) {
-                let of = of?;
-                let refusal = match (probed, of.accepts(method)) {
+            let refusal =
+                |of: &dyn Engine, probed: &Result<String>| match (probed, of.accepts(method)) {
                     (Err(why), _) => Some((Became::Absent, Text::message(&why.to_string()))),
                     (_, Err(why)) => Some((Became::Refused, Text::message(&why.to_string()))),
                     _ => None,
                 };
-                refusals.push(refusal);
-                if matches!(refusals.last(), Some(None)) {
-                    runs.push(of);
-                }
-            }
-            let outcome = match runs.len() {
-                1 => None,
-                _ => Some(verify(
-                    &VerifyRequest {
-                        scenes: vec![scene.clone()],
-                        methods: vec![*method],
-                        n: request.n.clone(),
-                        engines: runs,
-                        settings: Settings::default(),
-                        journal: None,
-                    },
-                    progress,
-                )?),
-            };
+            let refusals = engines.iter().zip(&probed);
+            let refusals: Vec<_> = refusals
+                .map(|(of, probed)| refusal(&**of, probed))
+                .collect();
+            let runs = engines
+                .iter()
+                .zip(&refusals)
+                .filter(|(_, refusal)| refusal.is_none());
+            let runs: Vec<&dyn Engine> = runs.map(|(of, _)| &**of).collect();
+            let outcome = (!runs.is_empty()).then(|| {
+                let request = VerifyRequest {
+                    scenes: vec![scene.clone()],
+                    methods: vec![*method],
+                    n: request.n.clone(),
+                    engines: [&[&*own], &runs[..]].concat(),
+                    settings: Settings::default(),
+                    journal: None,
+                };
+                verify(&request, progress)
+            });
+            let outcome = outcome.transpose()?;
             for (of, refusal) in engines.iter().zip(refusals) {
                 let (became, difference, why) = match (refusal, &outcome) {
                     (Some((became, why)), _) => (became, None, Some(why)),
@@ -174,22 +174,16 @@ pub fn matrix(request: &MatrixRequest, progress: &dyn Progress) -> Result<Matrix
             cases.extend(outcome.map(|outcome| (place, outcome)));
         }
     }
-    let releases = engines.iter().zip(probed);
+    let release = |(of, version): (&Box<dyn Engine>, Result<String>)| Release {
+        name: of.name().to_owned(),
+        version: version.ok(),
+    };
     Ok(MatrixOutcome {
         verdict: verdict(&cells),
-        releases: releases
-            .map(|(of, probed)| Release {
-                name: of.name().to_owned(),
-                version: probed.ok(),
-            })
-            .collect(),
+        releases: engines.iter().zip(probed).map(release).collect(),
         cells,
         cases,
     })
-}
-
-fn release(request: &MatrixRequest, of: &EngineFile) -> Result<Box<dyn Engine>> {
-    engine::release(of.clone(), &request.path)
 }
 
 /// What a release answered, held against the built-in solver's answers.

@@ -1,9 +1,7 @@
 //! Campaigns: what to run, and what to conclude from the answers.
 
 pub mod conformance;
-pub mod convergence;
 pub mod face_off;
-pub mod limit;
 pub mod matrix;
 pub mod orders;
 pub mod paper;

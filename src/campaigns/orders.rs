@@ -220,10 +220,8 @@ fn series(
         let load_free = setup.scene.data().f.is_zero();
         theory = (setup.scene.regularity()).map(|known| Theory::new(&of, known, load_free));
     }
-    let of = |error: fn(&Errors) -> f64| {
-        let errors: Vec<_> = levels.iter().map(|l| (l.n, error(&l.errors))).collect();
-        Observed::new(&errors)
-    };
+    let of =
+        |error: fn(&Errors) -> f64| Observed::new(levels.iter().map(|l| (l.n, error(&l.errors))));
     let (h1, l2) = (of(|e| e.h1), of(|e| e.l2));
     let finest = levels.last().map(|l| l.errors);
     let reach = |observed: &Observed, order: fn(&Theory) -> f64, error: fn(&Errors) -> f64| {
@@ -377,8 +375,7 @@ mod tests {
     fn orders_are_judged_once_they_have_settled() {
         let judged = |errors: [f64; 3], theory: f64| {
             let n = [8, 16, 32];
-            let observed =
-                Observed::new(&[(n[0], errors[0]), (n[1], errors[1]), (n[2], errors[2])]);
+            let observed = Observed::new(n.into_iter().zip(errors));
             Reach::new(&observed, theory, errors[2])
         };
         assert_eq!(judged([1.0, 0.5, 0.25], 1.0), Some(Reach::AsTheory));
@@ -390,8 +387,8 @@ mod tests {
     #[test]
     fn the_fit_is_over_the_last_three_meshes() {
         let errors: Vec<_> = [(4, 9.0), (8, 1.0), (16, 0.25), (32, 0.0625)].to_vec();
-        assert!((Observed::new(&errors).fit.unwrap() - 2.0).abs() < 1e-14);
-        assert!(Observed::new(&errors[..1]).fit.is_none());
+        assert!((Observed::new(errors.clone()).fit.unwrap() - 2.0).abs() < 1e-14);
+        assert!(Observed::new(errors[..1].to_vec()).fit.is_none());
     }
 
     /// Of 6.1 there is no formula: the errors are those to the mesh-free solution.

@@ -155,11 +155,7 @@ fn check(name: &str, to: &Output) -> Result<u8> {
     let checked = Checked {
         engine: engine.name().to_owned(),
         version: engine.probe().ok(),
-        verdict: findings
-            .iter()
-            .map(|f| f.verdict)
-            .max()
-            .unwrap_or(Verdict::Undetermined),
+        verdict: Verdict::of_all(findings.iter().map(|f| f.verdict)),
         findings,
     };
     deliver(&conforms(&checked)?, to)?;

@@ -42,12 +42,11 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
         scenes,
         methods: arguments.methods.0.clone(),
         n: arguments.n.iter().map(|&n| n as usize).collect(),
-        engines,
+        engines: engines.iter().map(|engine| &**engine).collect(),
         settings: settings(&arguments.running),
         journal: arguments.resume.clone(),
     };
-    let engines: Vec<&dyn Engine> = request.engines.iter().map(|e| &**e).collect();
-    check_launch(&request.settings, &engines)?;
+    check_launch(&request.settings, &request.engines)?;
     let names: Vec<&str> = request.engines.iter().map(|e| e.name()).collect();
     let outcome = watched(&names, work(&request), to.quiet, |progress| {
         verify(&request, progress)

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::html::{Axis, Chart, Line, Slope, charts};
 use super::model::{Block, Cell, Figure, Report, Table, joined, table};
-use crate::campaigns::convergence::{Convergence, Order};
+use crate::run::convergence::{Convergence, Order};
 use crate::text::number::superscript;
 use crate::text::{Text, text};
 use faceoff_mesh::error::Result;

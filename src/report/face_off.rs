@@ -11,7 +11,7 @@ use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfForm, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf,
     short, worst as worst_time,
 };
-use crate::campaigns::limit::Found;
+use crate::run::convergence::Found;
 use crate::run::{Judged, Label, Same};
 use crate::text::number::{number, size};
 use crate::text::{Number, Text, text};

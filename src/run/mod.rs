@@ -1,30 +1,30 @@
 //! Runs cases through engines: each case once, all of an engine in one batch, and none that a journal or this run has
 //! answered already.
 
+pub mod convergence;
 mod evaluated;
 mod face_off;
 pub mod foreign;
 pub mod function;
-mod orders;
 mod store;
 mod variation;
 mod written;
 
 use std::collections::HashMap;
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use serde::Serialize;
 use serde_json::{Value, json};
 
+pub use convergence::{Fit, Observed, check_meshes};
 pub use evaluated::{Evaluated, certificate, consistent};
 pub use face_off::{Asked, Code, FaceOff, FormFile, Judged, Label, Level, Same, is_face_off};
-pub use orders::{Fit, Observed, check_meshes, observed_orders};
 pub use store::{BASELINE, Journal, Record, Store};
 pub use variation::{Datum, Setup, Variation, reverse_cells, reverse_points};
 pub use written::Written;
 
-use crate::engine::{Answer, Case, Engine, Progress, Run, Settings, case_label};
+use crate::engine::{Answer, Case, Engine, Progress, Run, Settings, case_label, lock};
 use faceoff_fem::contact::Method;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -112,7 +112,7 @@ impl<'a> Runner<'a> {
     /// An interruption.
     pub fn side_by_side(
         &self,
-        engines: &[Box<dyn Engine>],
+        engines: &[&dyn Engine],
         cases: &[&Case],
     ) -> Result<(Vec<Answers>, Vec<Failure>)> {
         let lost = |engine: &dyn Engine, why: String| {
@@ -123,30 +123,23 @@ impl<'a> Runner<'a> {
             for engine in engines {
                 let thread = std::thread::Builder::new();
                 handles.push(thread.spawn_scoped(scope, || match engine.is_own() {
-                    true => self.apart(&**engine, cases),
-                    false => Ok((self.answers(&**engine, cases)?, Vec::new())),
+                    true => self.apart(*engine, cases),
+                    false => Ok((self.answers(*engine, cases)?, Vec::new())),
                 }));
             }
             let ended = handles.into_iter().zip(engines).map(|(handle, engine)| {
                 handle
-                    .map_err(|e| lost(&**engine, format!("it has no thread: {e}")))?
+                    .map_err(|e| lost(*engine, format!("it has no thread: {e}")))?
                     .join()
-                    .unwrap_or_else(|_| Err(lost(&**engine, "its thread ended early".into())))
+                    .unwrap_or_else(|_| Err(lost(*engine, "its thread ended early".into())))
             });
             ended.collect()
         });
         let (mut answered, mut failures) = (Vec::new(), Vec::new());
         for (engine, run) in engines.iter().zip(runs) {
-            match run {
-                Ok((answers, refused)) => {
-                    answered.push(answers);
-                    failures.extend(refused);
-                }
-                Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
-                Err(e) => failures.push(Failure {
-                    engine: engine.name().to_owned(),
-                    message: e.to_string(),
-                }),
+            if let Some((answers, refused)) = Failure::or(engine.name(), run, &mut failures)? {
+                answered.push(answers);
+                failures.extend(refused);
             }
         }
         Ok((answered, failures))
@@ -154,25 +147,17 @@ impl<'a> Runner<'a> {
 
     /// Each case for itself: what is refused of one is refused of no other.
     fn apart(&self, engine: &dyn Engine, cases: &[&Case]) -> Result<(Answers, Vec<Failure>)> {
-        let (mut found, mut failures) = (Answers::none(engine), Vec::new());
-        for (k, case) in cases.iter().enumerate() {
-            match self.answers_after(k, engine, &[case]) {
-                Ok(one) => {
-                    found.version = one.version;
-                    found.answers.extend(one.answers);
-                }
-                Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
-                Err(e) => {
-                    found.answers.push(None);
-                    failures.push(Failure {
-                        engine: engine.name().to_owned(),
-                        message: format!("{}: {e}", case_label(case)),
-                    });
-                }
-            }
+        let mut failures = Vec::new();
+        let mut answers = Vec::with_capacity(cases.len());
+        for (case, found) in cases.iter().zip(self.each(engine, cases, self.settings)?) {
+            answers.push(found.as_ref().ok().cloned());
+            failures.extend(found.err().map(|why| Failure {
+                engine: engine.name().to_owned(),
+                message: format!("{}: {why}", case_label(case)),
+            }));
         }
         self.progress.done(engine.name());
-        Ok((found, failures))
+        Ok((self.answered(engine, answers), failures))
     }
 
     /// The answers of one engine: in one batch, or, where a journal keeps them, one after the other.
@@ -180,34 +165,20 @@ impl<'a> Runner<'a> {
     /// # Errors
     /// What the engine refuses, an interruption, a journal that cannot be used.
     pub fn answers(&self, engine: &dyn Engine, cases: &[&Case]) -> Result<Answers> {
-        let found = self.answers_after(0, engine, cases)?;
+        let found = self.run(engine, cases, self.settings, 0)?.into_iter();
         self.progress.done(engine.name());
-        Ok(found)
+        Ok(self.answered(engine, found.map(|answer| Some(Arc::new(answer))).collect()))
     }
 
-    /// [`Runner::answers`], where `first` cases came before these.
-    fn answers_after(&self, first: usize, engine: &dyn Engine, cases: &[&Case]) -> Result<Answers> {
-        let mut found = Answers::none(engine);
-        let Some(journal) = &self.journal else {
-            found.extend(self.job(engine, cases, self.settings, first)?);
-            return Ok(found);
-        };
-        for (k, case) in cases.iter().enumerate() {
-            cancel::check()?;
-            let usable = |kept: Kept| {
-                let answers = vec![kept.answer(case).ok()?];
-                let version = kept.version;
-                Some(Run { version, answers })
-            };
-            let run = || {
-                let run = self.job(engine, &[case], self.settings, first + k)?;
-                let kept = Kept::new(&run.version, case, &run.answers[0]);
-                Ok((run, kept))
-            };
-            let (of, program) = ([engine.name(), &case_label(case)], || engine.identity());
-            found.extend(journal.once(of, program, &identity(case), usable, run)??);
+    fn answered(&self, engine: &dyn Engine, answers: Vec<Option<Arc<Answer>>>) -> Answers {
+        let version = lock(&self.jobs)
+            .get(engine.name())
+            .map(|(_, version)| version.clone());
+        Answers {
+            engine: engine.name().to_owned(),
+            version: version.unwrap_or_default(),
+            answers,
         }
-        Ok(found)
     }
 
     /// What an engine makes of each case under some settings: in one batch, and where that fails one after the other, so
@@ -231,30 +202,31 @@ impl<'a> Runner<'a> {
                 new.push(k);
             }
         }
-        let job = |which: &[usize]| {
-            let batch: Vec<&Case> = which.iter().map(|k| cases[*k]).collect();
-            self.job(engine, &batch, settings, which[0])
+        // A batch saves the start of a program.
+        let batches: Vec<Vec<usize>> = match engine.is_own() {
+            true => new.iter().map(|k| vec![*k]).collect(),
+            false => vec![new.clone()],
         };
-        let keep = |which: &[usize], found: Result<Run>| -> Result<bool> {
-            let mut known = lock(&self.known);
-            match found {
+        let alone = new.into_iter().map(|k| vec![k]);
+        for batch in batches.into_iter().chain(alone) {
+            if batch
+                .iter()
+                .all(|k| lock(&self.known).contains_key(&keys[*k]))
+            {
+                continue;
+            }
+            let of_batch: Vec<&Case> = batch.iter().map(|k| cases[*k]).collect();
+            let found = match self.run(engine, &of_batch, settings, batch[0]) {
                 Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
-                Err(_) if which.len() > 1 => return Ok(false),
-                Err(e) => {
-                    known.insert(keys[which[0]].clone(), Err(e.to_string()));
-                }
-                Ok(run) => {
-                    for (k, answer) in which.iter().zip(run.answers) {
-                        known.insert(keys[*k].clone(), Ok(Arc::new(answer)));
-                    }
-                }
-            }
-            Ok(true)
-        };
-        if !new.is_empty() && !keep(&new, job(&new))? {
-            for k in new {
-                keep(&[k], job(&[k]))?;
-            }
+                Err(_) if batch.len() > 1 => continue,
+                Err(e) => vec![Err(e.to_string())],
+                Ok(answers) => answers
+                    .into_iter()
+                    .map(|answer| Ok(Arc::new(answer)))
+                    .collect(),
+            };
+            let found = batch.iter().map(|k| keys[*k].clone()).zip(found);
+            lock(&self.known).extend(found);
         }
         let known = lock(&self.known);
         let lost = || Err(format!("{} gave no answer", engine.name()));
@@ -262,6 +234,44 @@ impl<'a> Runner<'a> {
             .iter()
             .map(|key| known.get(key).cloned().unwrap_or_else(lost))
             .collect())
+    }
+
+    /// The answers of an engine, where `first` cases came before these: in one job, or, where a journal keeps them, in one each.
+    fn run(
+        &self,
+        engine: &dyn Engine,
+        cases: &[&Case],
+        settings: &Settings,
+        first: usize,
+    ) -> Result<Vec<Answer>> {
+        let run = match &self.journal {
+            None => self.job(engine, cases, settings, first)?,
+            Some(journal) => {
+                let mut all = Run {
+                    version: String::new(),
+                    answers: Vec::with_capacity(cases.len()),
+                };
+                for (k, case) in cases.iter().enumerate() {
+                    cancel::check()?;
+                    let usable = |kept: Kept| Some((kept.answer(case).ok()?, kept.version));
+                    let run = || {
+                        let mut run = self.job(engine, &[case], settings, first + k)?;
+                        let kept = Kept::new(&run.version, case, &run.answers[0]);
+                        Ok(((run.answers.remove(0), run.version), kept))
+                    };
+                    let (of, program) = ([engine.name(), &case_label(case)], || engine.identity());
+                    let found = journal.once(of, program, &identity(case), usable, run)??;
+                    all.answers.push(found.0);
+                    all.version = found.1;
+                }
+                all
+            }
+        };
+        lock(&self.jobs)
+            .entry(engine.name().to_owned())
+            .or_default()
+            .1 = run.version;
+        Ok(run.answers)
     }
 
     /// The version of an engine, as it answered, or where it did not, as it is found by running it.
@@ -300,9 +310,6 @@ impl<'a> Runner<'a> {
             first,
         };
         let run = engine.run(cases, &settings, &progress)?;
-        if let Some((_, version)) = lock(&self.jobs).get_mut(engine.name()) {
-            version.clone_from(&run.version);
-        }
         if run.answers.len() == cases.len() {
             return Ok(run);
         }
@@ -316,23 +323,29 @@ impl<'a> Runner<'a> {
 }
 
 impl Answers {
-    fn none(engine: &dyn Engine) -> Self {
-        Answers {
-            engine: engine.name().to_owned(),
-            version: String::new(),
-            answers: Vec::new(),
-        }
-    }
-
     /// The answer to a case.
     pub fn of(&self, case: usize) -> Option<&Arc<Answer>> {
         self.answers.get(case)?.as_ref()
     }
+}
 
-    fn extend(&mut self, run: Run) {
-        self.version = run.version;
-        let answers = run.answers.into_iter();
-        self.answers.extend(answers.map(|a| Some(Arc::new(a))));
+impl Failure {
+    /// What was found; where nothing was, that is noted, unless it is the end of everything.
+    ///
+    /// # Errors
+    /// An interruption.
+    pub fn or<T>(engine: &str, found: Result<T>, failures: &mut Vec<Failure>) -> Result<Option<T>> {
+        match found {
+            Ok(found) => Ok(Some(found)),
+            Err(Error::Ended(cause)) => Err(Error::Ended(cause)),
+            Err(e) => {
+                failures.push(Failure {
+                    engine: engine.to_owned(),
+                    message: e.to_string(),
+                });
+                Ok(None)
+            }
+        }
     }
 }
 
@@ -347,10 +360,6 @@ impl Progress for Shifted<'_> {
         self.progress
             .step(engine, self.first + case, iteration, increment);
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What an answer depends on besides the program and the problem.
@@ -413,8 +422,8 @@ mod tests {
         let setups =
             [2, 3, 4].map(|n| Setup::new(&scene, Some(n), Method::cr(), &settings).unwrap());
         let cases = setups.each_ref().map(|setup| setup.case().unwrap());
-        let engines: Vec<Box<dyn Engine>> =
-            vec![Box::new(Refusing(engine::find(engine::OWN).unwrap()))];
+        let engine = Refusing(engine::find(engine::OWN).unwrap());
+        let engines: [&dyn Engine; 1] = [&engine];
         let runner = Runner::new(&settings, &Silent);
         let (answered, failures) = runner.side_by_side(&engines, &cases.each_ref()).unwrap();
         let has_answer = [0, 1, 2].map(|k| answered[0].of(k).is_some());

@@ -77,7 +77,7 @@ impl Comparison {
     /// With the verdict that its fields have together.
     pub(super) fn judged(mut self) -> Self {
         let verdicts = self.fields.iter().map(|f| f.field.verdict);
-        self.verdict = verdicts.max().unwrap_or(Verdict::Undetermined);
+        self.verdict = Verdict::of_all(verdicts);
         self
     }
 }

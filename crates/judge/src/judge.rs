@@ -37,6 +37,11 @@ impl Verdict {
         matches!(self, Verdict::Agree | Verdict::Conditioned)
     }
 
+    /// The worst of several; undetermined where there is none, as nothing was judged.
+    pub fn of_all(all: impl IntoIterator<Item = Verdict>) -> Self {
+        all.into_iter().max().unwrap_or(Verdict::Undetermined)
+    }
+
     /// As people and JSON have it.
     pub fn word(self) -> &'static str {
         match self {

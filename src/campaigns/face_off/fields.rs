@@ -3,8 +3,8 @@
 use super::orders::orders;
 use super::times::{of_one, rows};
 use super::{OfField, OfPair, Player, Rung, pairs};
-use crate::campaigns::convergence::Level as Step;
 use crate::engine::{Left, Written};
+use crate::run::convergence::Level as Step;
 use crate::run::{Asked, Level, Same};
 use faceoff_judge::{
     ComparedField, Comparison, FieldVerdict, MatchBy, Norms, On, Settings, Size, Tolerance,
@@ -190,10 +190,7 @@ pub(super) fn judge(
         same: asked.same,
         times: asked.times.clone(),
         errors_of: errors_of(players, asked, rungs),
-        verdict: of_pairs
-            .chain(of_orders)
-            .max()
-            .unwrap_or(Verdict::Undetermined),
+        verdict: Verdict::of_all(of_pairs.chain(of_orders)),
         pairs: pairs_found,
         orders: found,
     })

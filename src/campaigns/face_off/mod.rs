@@ -21,9 +21,8 @@ pub use fields::worst;
 pub use in_form::OfForm;
 pub use times::short;
 
-use super::convergence::Convergence;
-use super::limit::Limit;
 use crate::engine::{How, Left, Progress, Task};
+use crate::run::convergence::{Convergence, Limit};
 use crate::run::{Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
 use faceoff_judge::{ComparedField, Comparison, Verdict};
 use faceoff_mesh::error::{Error, Result};
@@ -289,7 +288,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
     Ok(FaceOffOutcome {
         name: of.name.clone(),
         about: of.about.clone(),
-        verdict: verdicts.max().unwrap_or(Verdict::Undetermined),
+        verdict: Verdict::of_all(verdicts),
         runs,
         missing: Vec::new(),
         in_form: in_form::judge(of, &players, &rungs, &fields)?,

@@ -90,12 +90,7 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
     }
     OfNumber {
         number: asked.name.clone(),
-        verdict: rows
-            .iter()
-            .filter(|row| row.judged)
-            .map(|row| row.verdict)
-            .max()
-            .unwrap_or(Verdict::Undetermined),
+        verdict: Verdict::of_all(rows.iter().filter(|row| row.judged).map(|row| row.verdict)),
         exact: rungs.last().and_then(exact_on),
         rows,
     }

@@ -1,8 +1,7 @@
 //! Observed orders of a field, of each code's error or of two codes' difference.
 
 use super::OfOrder;
-use crate::campaigns::convergence::{Convergence, Level as Step, Order};
-use crate::campaigns::limit::{Found, Limit};
+use crate::run::convergence::{Convergence, Found, Level as Step, Limit, Order, not_finer};
 use crate::run::{Asked, Level};
 use faceoff_judge::{Norms, Verdict};
 use faceoff_mesh::error::{Error, Result};
@@ -21,21 +20,7 @@ pub(super) fn orders(
     mut steps: Vec<Step>,
 ) -> Result<OfOrder> {
     let axis = axis(asked, levels, &mut steps)?;
-    let order = |pick: fn(&Norms) -> Option<f64>| {
-        let errors = steps
-            .iter()
-            .filter_map(|l| Some((l.h, pick(l.norms.as_ref()?)?)));
-        let errors: Vec<(f64, f64)> = errors.collect();
-        (!errors.is_empty()).then(|| Order::new(&errors))
-    };
-    let (l2, h1) = (order(|n| Some(n.l2)), order(|n| n.h1));
-    let found = Convergence {
-        field: asked.name.clone(),
-        against,
-        l2: l2.unwrap_or_else(|| Order::new(&[])),
-        h1,
-        levels: steps,
-    };
+    let found = Convergence::new(&asked.name, against, steps);
     Ok(judged(asked, levels, of, axis, found))
 }
 
@@ -60,17 +45,9 @@ fn axis(asked: &Asked, levels: &[&Level], steps: &mut [Step]) -> Result<String> 
         (None, Some(sizes)) => ("1/n".to_owned(), sizes),
         (None, None) => ("h".to_owned(), steps.iter().map(|step| step.h).collect()),
     };
-    if let Some(k) = sizes.windows(2).position(|pair| !(pair[0] > pair[1])) {
-        let what = format!(
-            "`{}`: {} with {} cells is not finer than {} with {}",
-            asked.name,
-            steps[k + 1].file,
-            steps[k + 1].cells,
-            steps[k].file,
-            steps[k].cells
-        );
+    if let Some(what) = not_finer(steps, &sizes) {
         let remedy = "give refinements at which the mesh of the result becomes finer";
-        return Err(Error::usage(what, remedy));
+        return Err(Error::usage(format!("`{}`: {what}", asked.name), remedy));
     }
     for (step, size) in steps.iter_mut().zip(sizes) {
         step.h = size;

@@ -103,10 +103,8 @@ pub fn run_fine<'a>(
         return Err(Error::usage("there is no fine mesh", "report this"));
     };
     let n: Vec<usize> = meshes.iter().map(|(n, _)| *n).collect();
-    let observed = |error: fn(&Errors) -> f64| {
-        let pairs: Vec<_> = n.iter().copied().zip(errors.iter().map(error)).collect();
-        Observed::new(&pairs)
-    };
+    let observed =
+        |error: fn(&Errors) -> f64| Observed::new(n.iter().copied().zip(errors.iter().map(error)));
     let last_step = between.last().copied().unwrap_or(f64::NAN);
     let outcome = FineOutcome {
         h1: observed(|e| e.h1),

@@ -231,14 +231,10 @@ fn run_engines(
         let part = Part::of_engine(engine.is_own());
         let finished = request.n.iter().map(|&n| part.cost(n));
         work.finish(finished.sum::<f64>() * request.examples.len() as f64);
-        match run {
-            Ok(run) => runs.push(run),
-            Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
-            Err(e) if engine.is_own() => return Err(e),
-            Err(e) => failures.push(Failure {
-                engine: engine.name().to_owned(),
-                message: e.to_string(),
-            }),
+        if engine.is_own() {
+            runs.push(run?);
+        } else {
+            runs.extend(Failure::or(engine.name(), run, &mut failures)?);
         }
     }
     Ok((runs, failures))
@@ -317,8 +313,7 @@ fn level(case: &Case, answer: &Answer, example: &Example, fine: &Fine) -> Series
 impl Series {
     fn new(run: &Answers, levels: Vec<SeriesLevel>) -> Self {
         let of = |value: fn(&SeriesLevel) -> f64| {
-            let pairs: Vec<_> = levels.iter().map(|l| (l.n, value(l))).collect();
-            Observed::new(&pairs)
+            Observed::new(levels.iter().map(|level| (level.n, value(level))))
         };
         Series {
             engine: run.engine.clone(),

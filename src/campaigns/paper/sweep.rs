@@ -98,8 +98,7 @@ pub fn sweep(
             });
             let levels = levels.collect::<Result<Vec<_>>>()?;
             let observed = |value: &dyn Fn(&Level) -> f64| {
-                let pairs: Vec<_> = n.iter().copied().zip(levels.iter().map(value)).collect();
-                Observed::new(&pairs)
+                Observed::new(n.iter().copied().zip(levels.iter().map(value)))
             };
             all.push(Variant {
                 method: method.to_string(),

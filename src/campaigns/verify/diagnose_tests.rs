@@ -81,7 +81,7 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
         scenes: vec![Scene::find(scene).unwrap()],
         methods: vec![method],
         n: if scene == "one-zone" { vec![N] } else { vec![] },
-        engines: vec![Box::new(a), Box::new(b)],
+        engines: vec![&a, &b],
         settings: Settings::default(),
         journal: None,
     };

@@ -28,7 +28,7 @@ pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source, telling};
 pub use settle::Settled;
 
 /// What is to be verified.
-pub struct VerifyRequest {
+pub struct VerifyRequest<'a> {
     /// Each is solved by every method.
     pub scenes: Vec<Scene>,
     /// By which each scene is solved.
@@ -36,14 +36,14 @@ pub struct VerifyRequest {
     /// Refinements; none: each scene's own.
     pub n: Vec<usize>,
     /// At least two, of different names.
-    pub engines: Vec<Box<dyn Engine>>,
+    pub engines: Vec<&'a dyn Engine>,
     /// Of every engine.
     pub settings: Settings,
     /// Where answers are kept as they come, and taken from.
     pub journal: Option<PathBuf>,
 }
 
-impl VerifyRequest {
+impl VerifyRequest<'_> {
     /// The refinements of a scene: its own, or those asked for where it has one.
     pub fn levels(&self, scene: &Scene) -> Vec<Option<usize>> {
         match scene.source().n() {
@@ -250,7 +250,7 @@ pub fn verify(request: &VerifyRequest, progress: &dyn Progress) -> Result<Verify
         .chain(cross.iter().filter_map(|c| Some(c.judged?.verdict)))
         .chain(failures.iter().map(|_| Verdict::Undetermined));
     Ok(VerifyOutcome {
-        verdict: verdicts.max().unwrap_or(Verdict::Undetermined),
+        verdict: Verdict::of_all(verdicts),
         cases: outcomes,
         cross,
         failures,
@@ -301,7 +301,7 @@ pub fn diagnose(request: &VerifyRequest, outcome: &VerifyOutcome) -> Result<Vec<
                 continue;
             }
             let answers = [(pair[0], &of_a.answer.u[..]), (pair[1], &of_b.answer.u[..])];
-            found.push(Again::new(&runner, &setup, answers)?.diagnosis([&**a, &**b])?);
+            found.push(Again::new(&runner, &setup, answers)?.diagnosis([*a, *b])?);
         }
     }
     Ok(found)

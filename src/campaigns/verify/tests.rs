@@ -62,7 +62,7 @@ fn judged(a: Changed, b: Changed) -> Result<VerifyOutcome> {
             .into(),
         methods: ["cr", "p2"].map(|name| name.parse().unwrap()).into(),
         n: vec![6],
-        engines: vec![Box::new(a), Box::new(b)],
+        engines: vec![&a, &b],
         settings: Settings::default(),
         journal: None,
     };

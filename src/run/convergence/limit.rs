@@ -11,6 +11,7 @@
 
 use serde::Serialize;
 
+use super::fit::between;
 use crate::text::{Number, Text, text};
 
 /// Where no tolerance is given, the limit must be below this part of the finest difference. Less cannot be told from right codes:
@@ -94,7 +95,7 @@ impl Limit {
         };
         let [low, high] = interval;
         let last = match levels {
-            [.., two, three] => order([*two, *three]),
+            [.., two, three] => between([*two, *three]),
             _ => f64::NAN,
         };
         let found = match (low, high) {
@@ -144,11 +145,6 @@ impl Limit {
     }
 }
 
-/// The observed order between two levels.
-fn order([(h, d), (finer, e)]: [(f64, f64); 2]) -> f64 {
-    (d / e).ln() / (h / finer).ln()
-}
-
 /// a of a + b·hᵖ through two levels.
 fn richardson([(h1, d1), (h2, d2)]: [(f64, f64); 2], p: f64) -> f64 {
     d2 - (d1 - d2) / ((h1 / h2).powf(p) - 1.0)
@@ -187,7 +183,7 @@ fn exponent(levels: [(f64, f64); 3], least: f64) -> Option<f64> {
 }
 
 fn interval(levels: [(f64, f64); 3], theory: f64) -> [f64; 2] {
-    let step = |k: usize| order([levels[k], levels[k + 1]]);
+    let step = |k: usize| between([levels[k], levels[k + 1]]);
     let p = theory.max(step(0).min(step(1)));
     let fine = [levels[1], levels[2]];
     let next = [p + NEXT, p + 1.0, 2.0 * p + NEXT, 4.0 * p + NEXT];
@@ -285,7 +281,7 @@ mod tests {
     /// The rule that the fit over all levels is at most 0.25 below theory: what was judged before.
     fn fit_reaches(d: &[f64], theory: f64) -> bool {
         let levels: Vec<(f64, f64)> = H.into_iter().zip(d.iter().copied()).collect();
-        crate::run::Fit::new(&levels).is_some_and(|fit| fit.exponent >= theory - 0.25)
+        super::super::Fit::new(&levels).is_some_and(|fit| fit.exponent >= theory - 0.25)
     }
 
     /// Differences with a known limit, by the expansion and as the norm of a sum at any angle, with what comes next of either

@@ -20,20 +20,24 @@ pub struct Fit {
     pub points: usize,
 }
 
-/// Student's t for 95 % on both sides, by degrees of freedom from 1; about 2 beyond.
+/// Student's t at 97.5 %, for 1, 2, … degrees of freedom; beyond, that of the last is more than enough.
 const STUDENT: [f64; 10] = [
-    12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
+    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
 ];
 
 impl Fit {
-    /// Does the interval of 95 % about the exponent leave out a value? Two points leave out none.
+    /// Half of the interval that holds the exponent with 95 % confidence, if the logarithms scatter about a line independently; none of
+    /// fewer than three points.
+    pub fn room(&self) -> Option<f64> {
+        // Of three points and more, since there is a spread.
+        let degrees = self.points.saturating_sub(3).min(STUDENT.len() - 1);
+        Some(STUDENT[degrees] * self.spread?)
+    }
+
+    /// Does that interval leave out a value? Two points leave out none.
     pub fn excludes(&self, exponent: f64) -> bool {
-        let degrees = self.points.saturating_sub(2);
-        let t = degrees
-            .checked_sub(1)
-            .map(|k| STUDENT.get(k).unwrap_or(&2.2));
-        let half = t.zip(self.spread).map(|(t, spread)| t * spread);
-        half.is_some_and(|half| (self.exponent - exponent).abs() > half)
+        let room = self.room();
+        room.is_some_and(|room| (self.exponent - exponent).abs() > room)
     }
 
     /// Over the last three points (x, y), or two.
@@ -70,7 +74,43 @@ impl Fit {
     }
 }
 
-/// Orders of convergence that were observed.
+/// The exponent between two points (x, y).
+pub(super) fn between([(x, y), (z, w)]: [(f64, f64); 2]) -> f64 {
+    (y / w).ln() / (x / z).ln()
+}
+
+/// An order of convergence in h.
+#[derive(Debug, Serialize)]
+pub struct Order {
+    /// Between each mesh and the next.
+    pub steps: Vec<f64>,
+    /// By least squares over all meshes.
+    pub fit: Option<Fit>,
+    /// The interval that holds the order with 95 % confidence, if the errors scatter about a power of h independently; none of
+    /// fewer than three.
+    pub interval: Option<[f64; 2]>,
+}
+
+impl Order {
+    /// Of errors at falling h.
+    pub fn new(errors: &[(f64, f64)]) -> Self {
+        let fit = Fit::new(errors);
+        let about = |fit: Fit| {
+            fit.room()
+                .map(|room| [fit.exponent - room, fit.exponent + room])
+        };
+        Order {
+            steps: errors
+                .windows(2)
+                .map(|of| between([of[0], of[1]]))
+                .collect(),
+            fit,
+            interval: fit.and_then(about),
+        }
+    }
+}
+
+/// Orders of convergence on meshes of n = 16, 32, … that were observed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Observed {
     /// Between each mesh and the next. Where a transition lies in its cell changes from mesh to mesh, and these with it.
@@ -81,22 +121,16 @@ pub struct Observed {
 
 impl Observed {
     /// From the errors at ascending n.
-    pub fn new(errors: &[(usize, f64)]) -> Self {
-        let points: Vec<_> = errors.iter().map(|&(n, e)| (n as f64, e)).collect();
+    pub fn new(errors: impl IntoIterator<Item = (usize, f64)>) -> Self {
+        let errors = errors.into_iter().map(|(n, e)| (n as f64, e));
+        let errors: Vec<(f64, f64)> = errors.collect();
+        // ln(eₖ/eₖ₊₁) / ln(nₖ₊₁/nₖ)
+        let step = |of: &[(f64, f64)]| between([(of[1].0, of[0].1), (of[0].0, of[1].1)]);
         Observed {
-            steps: observed_orders(errors),
-            fit: Fit::of_finest(&points).map(|fit| -fit.exponent),
+            steps: errors.windows(2).map(step).collect(),
+            fit: Fit::of_finest(&errors).map(|fit| -fit.exponent),
         }
     }
-}
-
-/// ln(eₖ/eₖ₊₁) / ln(nₖ₊₁/nₖ) of errors at ascending n.
-pub fn observed_orders(errors: &[(usize, f64)]) -> Vec<f64> {
-    let order = |pair: &[(usize, f64)]| {
-        let [(n0, e0), (n1, e1)] = [pair[0], pair[1]];
-        (e0 / e1).ln() / (n1 as f64 / n0 as f64).ln()
-    };
-    errors.windows(2).map(order).collect()
 }
 
 /// Refuses meshes that give no order.
@@ -139,5 +173,23 @@ mod tests {
         assert!((fit.spread.unwrap() - (2.0_f64 / 3.0 / 2.0).sqrt()).abs() < 1e-14);
         assert_eq!(Fit::new(&exact[..2]).unwrap().spread, None);
         assert_eq!(Fit::new(&exact[..1]), None);
+    }
+
+    #[test]
+    fn orders_and_their_intervals() {
+        let of = |errors: [f64; 4]| {
+            let h = [0.5, 0.25, 0.125, 0.0625];
+            Order::new(&[0, 1, 2, 3].map(|k| (h[k], errors[k])))
+        };
+        let exact = of([4.0, 1.0, 0.25, 0.0625]);
+        assert_eq!(exact.steps, [2.0; 3]);
+        let [low, high] = exact.interval.unwrap();
+        assert!(low <= 2.0 && high >= 2.0 && high - low < 1e-12);
+        // ln e = (0, -1, -1, -2) ln 2 over ln h = (0, -1, -2, -3) ln 2: slope 0.6, squares left 0.2 over 2 · 5.
+        let scattered = of([1.0, 0.5, 0.5, 0.25]);
+        let [low, high] = scattered.interval.unwrap();
+        let room = 4.303 * (0.2_f64 / 2.0 / 5.0).sqrt();
+        assert!((low - (0.6 - room)).abs() < 1e-12 && (high - (0.6 + room)).abs() < 1e-12);
+        assert!(Order::new(&[(0.5, 1.0), (0.25, 0.5)]).interval.is_none());
     }
 }

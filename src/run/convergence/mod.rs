@@ -1,8 +1,14 @@
-//! Observed orders of any code's results: against a formula, against a reference, or each against the next.
+//! Convergence: errors on finer and finer levels, their order, and what they fall to. Of any code's results they are taken against a formula,
+//! against a reference, or each against the next.
+
+mod fit;
+mod limit;
 
 use serde::Serialize;
 
-use crate::run::Fit;
+pub use fit::{Fit, Observed, Order, check_meshes};
+pub use limit::{Found, Limit};
+
 use faceoff_fem::scene::Expression;
 use faceoff_judge::{Intersection, MatchBy, Norms, Settings, Size, compare_results, error_against};
 use faceoff_mesh::cancel;
@@ -35,7 +41,7 @@ pub struct Convergence {
 }
 
 /// One result.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Level {
     /// Where it was read.
     pub file: String,
@@ -50,41 +56,36 @@ pub struct Level {
     pub alone: Option<[f64; 2]>,
 }
 
-/// An order of convergence in h.
-#[derive(Debug, Serialize)]
-pub struct Order {
-    /// Between each mesh and the next.
-    pub steps: Vec<f64>,
-    /// By least squares over all meshes.
-    pub fit: Option<Fit>,
-    /// The interval that holds the order with 95 % confidence, if the errors scatter about a power of h independently; none of
-    /// fewer than three.
-    pub interval: Option<[f64; 2]>,
-}
-
-/// Student's t at 97.5 %, for 1, 2, … degrees of freedom; beyond, that of the last is more than enough.
-const STUDENT: [f64; 10] = [
-    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
-];
-
-impl Order {
-    /// Of errors at falling h.
-    pub fn new(errors: &[(f64, f64)]) -> Self {
-        let step =
-            |pair: &[(f64, f64)]| (pair[0].1 / pair[1].1).ln() / (pair[0].0 / pair[1].0).ln();
-        let fit = Fit::new(errors);
-        let interval = fit.and_then(|fit| {
-            let spread = fit.spread?;
-            // Of three points and more, since there is a spread.
-            let room = STUDENT[fit.points.saturating_sub(3).min(STUDENT.len() - 1)] * spread;
-            Some([fit.exponent - room, fit.exponent + room])
-        });
-        Order {
-            steps: errors.windows(2).map(step).collect(),
-            fit,
-            interval,
+impl Convergence {
+    /// Of the norms on all levels.
+    pub fn new(field: &str, against: &'static str, levels: Vec<Level>) -> Self {
+        let order = |pick: fn(&Norms) -> Option<f64>| {
+            let errors = levels.iter();
+            let errors = errors.filter_map(|of| Some((of.h, pick(of.norms.as_ref()?)?)));
+            Order::new(&errors.collect::<Vec<_>>())
+        };
+        let h1 = order(|norms| norms.h1);
+        Convergence {
+            field: field.to_owned(),
+            against,
+            l2: order(|norms| Some(norms.l2)),
+            h1: levels
+                .iter()
+                .any(|of| of.norms.is_some_and(|norms| norms.h1.is_some()))
+                .then_some(h1),
+            levels,
         }
     }
+}
+
+/// The first level that is not finer than the one before, by these sizes, in words.
+pub fn not_finer(levels: &[Level], sizes: &[f64]) -> Option<String> {
+    let k = sizes.windows(2).position(|pair| !(pair[0] > pair[1]))?;
+    let [of, than] = [&levels[k + 1], &levels[k]];
+    Some(format!(
+        "{} with {} cells is not finer than {} with {}",
+        of.file, of.cells, than.file, than.cells
+    ))
 }
 
 /// The orders of the fields that all results have, or of those named; results from the coarsest to the finest.
@@ -107,22 +108,22 @@ pub fn convergence(
         let remedy = "give at least three, or two with --reference or --exact; from the coarsest to the finest";
         return Err(Error::usage(what, remedy));
     }
-    let sizes = results
-        .iter()
-        .map(Size::of)
-        .collect::<Result<Vec<Size>>>()?;
-    if let Some(k) = sizes.windows(2).position(|pair| !(pair[0].h > pair[1].h)) {
-        let what = format!(
-            "{} with {} cells is not finer than {} with {}",
-            results[k + 1].source,
-            sizes[k + 1].cells,
-            results[k].source,
-            sizes[k].cells
-        );
-        return Err(Error::usage(
-            what,
-            "give the results from the coarsest to the finest",
-        ));
+    let bare = |result: &Results| {
+        let Size { cells, h, .. } = Size::of(result)?;
+        let file = result.source.clone();
+        Ok(Level {
+            file,
+            cells,
+            h,
+            norms: None,
+            alone: None,
+        })
+    };
+    let levels = results.iter().map(bare).collect::<Result<Vec<_>>>()?;
+    let sizes: Vec<f64> = levels.iter().map(|level| level.h).collect();
+    if let Some(what) = not_finer(&levels, &sizes) {
+        let remedy = "give the results from the coarsest to the finest";
+        return Err(Error::usage(what, remedy));
     }
     let others = match against {
         Against::Reference(reference) => Some(&**reference),
@@ -156,20 +157,20 @@ pub fn convergence(
     let mut found = Vec::with_capacity(all.len());
     for (k, name) in all.iter().enumerate() {
         let share = |part: f64| progress((k as f64 + part) / all.len() as f64);
-        found.push(of_field(results, &sizes, name, against, &share)?);
+        found.push(of_field(results, &levels, name, against, &share)?);
     }
     Ok(found)
 }
 
 fn of_field(
     results: &[Results],
-    sizes: &[Size],
+    bare: &[Level],
     name: &str,
     against: &Against,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Convergence> {
     let mut levels = Vec::with_capacity(results.len());
-    for (k, (result, size)) in results.iter().zip(sizes).enumerate() {
+    for (k, (result, bare)) in results.iter().zip(bare).enumerate() {
         cancel::check()?;
         let share = |part: f64| progress((k as f64 + part) / results.len() as f64);
         let other = match against {
@@ -190,32 +191,17 @@ fn of_field(
             _ => (None, None),
         };
         levels.push(Level {
-            file: result.source.clone(),
-            cells: size.cells,
-            h: size.h,
             norms,
             alone,
+            ..bare.clone()
         });
     }
-    let order = |pick: fn(&Norms) -> Option<f64>| {
-        let errors = levels
-            .iter()
-            .filter_map(|of| Some((of.h, pick(of.norms.as_ref()?)?)));
-        let errors: Vec<(f64, f64)> = errors.collect();
-        (!errors.is_empty()).then(|| Order::new(&errors))
+    let against = match against {
+        Against::Exact(_) => "exact",
+        Against::Reference(_) => "reference",
+        Against::Next => "next",
     };
-    let (l2, h1) = (order(|n| Some(n.l2)), order(|n| n.h1));
-    Ok(Convergence {
-        field: name.to_owned(),
-        against: match against {
-            Against::Exact(_) => "exact",
-            Against::Reference(_) => "reference",
-            Against::Next => "next",
-        },
-        l2: l2.unwrap_or_else(|| Order::new(&[])),
-        h1,
-        levels,
-    })
+    Ok(Convergence::new(name, against, levels))
 }
 
 /// ‖a - b‖ of one field over what two meshes have in common.
@@ -255,27 +241,4 @@ fn difference(
             },
             remedy: "name a field of floats that all have, by --only".into(),
         })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn orders_and_their_intervals() {
-        let of = |errors: [f64; 4]| {
-            let h = [0.5, 0.25, 0.125, 0.0625];
-            Order::new(&[0, 1, 2, 3].map(|k| (h[k], errors[k])))
-        };
-        let exact = of([4.0, 1.0, 0.25, 0.0625]);
-        assert_eq!(exact.steps, [2.0; 3]);
-        let [low, high] = exact.interval.unwrap();
-        assert!(low <= 2.0 && high >= 2.0 && high - low < 1e-12);
-        // ln e = (0, -1, -1, -2) ln 2 over ln h = (0, -1, -2, -3) ln 2: slope 0.6, squares left 0.2 over 2 · 5.
-        let scattered = of([1.0, 0.5, 0.5, 0.25]);
-        let [low, high] = scattered.interval.unwrap();
-        let room = 4.303 * (0.2_f64 / 2.0 / 5.0).sqrt();
-        assert!((low - (0.6 - room)).abs() < 1e-12 && (high - (0.6 + room)).abs() < 1e-12);
-        assert!(Order::new(&[(0.5, 1.0), (0.25, 0.5)]).interval.is_none());
-    }
 }
