@@ -102,8 +102,17 @@ pub(super) fn case_id(index: usize) -> String {
 
 /// How messages name a case.
 pub fn case_label(case: &Case) -> String {
-    let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
-    format!("{}, {}{n}", case.scene().name(), case.problem.method())
+    label(
+        case.scene().name(),
+        &case.problem.method().to_string(),
+        case.n,
+    )
+}
+
+/// The same of its parts.
+pub fn label(scene: &str, method: &str, n: Option<usize>) -> String {
+    let n = n.map_or(String::new(), |n| format!(", n = {n}"));
+    format!("{scene}, {method}{n}")
 }
 
 /// The cases of each job, by their places: those with one pair of rules, and so of one dimension.

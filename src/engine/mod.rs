@@ -33,7 +33,7 @@ pub use explain::Explanation;
 pub use file::{EngineFile, parsed};
 pub use freefem::lacks_plugins;
 pub use install::{Installation, install, meshio_python, plan};
-pub use job::{binary, case_label, raw_values, to_dofs};
+pub use job::{binary, case_label, label, raw_values, to_dofs};
 pub use machine::{HighWater, Machine, held_memory, peak_memory_mb};
 pub use quoted::{quoted, typed};
 pub use script::{Form, How, Left, Script, Task, Written, copy, fill};
@@ -298,6 +298,11 @@ pub fn unique<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
 /// A short digest of bytes.
 pub fn digest(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex()[..16].to_owned()
+}
+
+/// Every two of so many, each once, by their numbers.
+pub fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
 }
 
 /// Of a companion's scripts, by name and text, or of the copies in a folder.

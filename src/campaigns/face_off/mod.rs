@@ -21,7 +21,7 @@ pub use fields::worst;
 pub use in_form::OfForm;
 pub use times::short;
 
-use crate::engine::{How, Left, Progress, Task};
+use crate::engine::{self, How, Left, Progress, Task};
 use crate::run::convergence::{Convergence, Limit};
 use crate::run::{Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
 use faceoff_judge::{ComparedField, Comparison, Verdict};
@@ -382,8 +382,6 @@ fn run_how(
 
 /// Each pair of those that answer, but for two that were recorded, by their numbers.
 fn pairs(players: &[Player]) -> Vec<(usize, usize)> {
-    let of_a = |a| (a + 1..players.len()).map(move |b| (a, b));
-    let all = (0..players.len()).flat_map(of_a);
     let is_live = |&(a, b): &(usize, usize)| [a, b].iter().any(|k| players[*k].record.is_none());
-    all.filter(is_live).collect()
+    engine::pairs(players.len()).filter(is_live).collect()
 }

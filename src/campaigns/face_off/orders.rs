@@ -30,20 +30,16 @@ fn axis(asked: &Asked, levels: &[&Level], steps: &mut [Step]) -> Result<String> 
     let is_one_mesh = steps
         .windows(2)
         .all(|pair| (pair[0].h - pair[1].h).abs() <= ONE_MESH * pair[0].h);
-    let of_parameter = levels
-        .iter()
-        .map(|level| level.step)
-        .collect::<Option<Vec<f64>>>();
-    let of_n = levels.iter().map(|level| level.n.map(|n| 1.0 / n as f64));
-    let of_n = of_n.collect::<Option<Vec<f64>>>().filter(|_| is_one_mesh);
-    let name = levels.iter().find_map(|level| level.value.as_ref());
-    let (axis, sizes) = match (of_parameter, of_n) {
-        (Some(sizes), _) => (
-            name.map_or_else(String::new, |(name, _)| name.clone()),
-            sizes,
+    let along = levels.iter().map(|level| level.step.as_ref());
+    let along = along.collect::<Option<Vec<_>>>();
+    let (axis, sizes) = match along.as_deref() {
+        Some(along @ [(name, _), ..]) if name != "1/n" || is_one_mesh => {
+            (name.clone(), along.iter().map(|(_, size)| *size).collect())
+        }
+        _ => (
+            "h".to_owned(),
+            steps.iter().map(|step| step.h).collect::<Vec<f64>>(),
         ),
-        (None, Some(sizes)) => ("1/n".to_owned(), sizes),
-        (None, None) => ("h".to_owned(), steps.iter().map(|step| step.h).collect()),
     };
     if let Some(what) = not_finer(steps, &sizes) {
         let remedy = "give refinements at which the mesh of the result becomes finer";

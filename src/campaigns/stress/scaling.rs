@@ -1,7 +1,7 @@
 //! Extremes of units: the same problem with γ₀ over 24 decades, with data and domain scaled, and far from the origin.
 
 use super::trial::{Place, Trial, rewritten, ten};
-use crate::run::Variation;
+use crate::run::{Variation, words};
 use crate::text::{Text, text};
 use faceoff_fem::scene::{Data, Expression, MeshSource, Scene};
 use faceoff_mesh::error::Result;
@@ -99,19 +99,9 @@ pub fn moved(home: &Place, s: f64, shift: f64) -> Result<Place> {
 
 /// The text with other words for x, y and z.
 fn coordinates(text: &str, with: impl Fn(&str) -> String) -> String {
-    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
-    let mut out = String::new();
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        let end = rest.find(|c| !is_word(c)).unwrap_or(rest.len());
-        let word = &rest[..end.max(first.len_utf8())];
-        match word {
-            "x" | "y" | "z" => out += &with(word),
-            _ => out += word,
-        }
-        rest = &rest[word.len()..];
-    }
-    out
+    words(text, |word| {
+        ["x", "y", "z"].contains(&word).then(|| with(word))
+    })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use crate::engine::Case;
+use crate::engine::{self, Case};
 use crate::run::certificate as refusal;
 use faceoff_fem::certify::{Certificate, PreparedData, Target, certify_with, distance};
 use faceoff_judge::Verdict;
@@ -118,10 +118,8 @@ pub(super) fn judge_methods(
                 .zip(&outcomes[from..])
                 .map(|(case, outcome)| certified(case, outcome, data.as_ref()))
                 .collect::<Result<Vec<_>>>()?;
-            for (k, a) in certified.iter().enumerate() {
-                for b in &certified[k + 1..] {
-                    cross.extend(pairs(a, b, &certified));
-                }
+            for (a, b) in engine::pairs(certified.len()) {
+                cross.extend(pairs(&certified[a], &certified[b], &certified));
             }
         }
         from += of_mesh;

@@ -13,7 +13,9 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::engine::{Answer, Case, Engine, Explanation, Progress, Settings, Silent, unique};
+use crate::engine::{
+    self, Answer, Case, Engine, Explanation, Progress, Settings, Silent, label, unique,
+};
 use crate::run::{
     Answers, Failure, RESIDUAL_TOLERANCE, ROUNDING, Runner, Setup, Written, tolerance,
 };
@@ -204,12 +206,6 @@ impl CaseOutcome {
     }
 }
 
-/// A case in words: `one-zone, cr, n = 16`.
-pub fn label(scene: &str, method: &str, n: Option<usize>) -> String {
-    let n = n.map_or(String::new(), |n| format!(", n = {n}"));
-    format!("{scene}, {method}{n}")
-}
-
 /// Runs every engine on every case and judges.
 ///
 /// # Errors
@@ -374,21 +370,20 @@ fn judge_case(
     let fields = fields.map(|e| face_fields(problem, &e.answer.u, &e.engine));
     let fields: Vec<FaceFields> = fields.collect();
     let (mut pairs, mut settled) = (Vec::new(), Vec::new());
-    let each: Vec<(&EngineOutcome, &FaceFields)> = engines.iter().zip(&fields).collect();
-    for (k, (engine_a, a)) in each.iter().enumerate() {
-        for (engine_b, b) in &each[k + 1..] {
-            let mut judged = judge(a, b, tolerance(&problem.method()))?;
-            let both_solve = [engine_a, engine_b].iter().all(|e| e.residual <= ROUNDING);
-            if both_solve && judged.iter().any(|f| f.verdict == Verdict::Disagree) {
-                let of = [(*a, &engine_a.answer.u[..]), (*b, &engine_b.answer.u[..])];
-                settled.extend(settle::settle(problem, of, &mut judged)?);
-            }
-            pairs.extend(judged.into_iter().map(|field| PairOutcome {
-                a: a.source.clone(),
-                b: b.source.clone(),
-                field,
-            }));
+    for (i, k) in engine::pairs(engines.len()) {
+        let both = [i, k];
+        let [a, b] = both.map(|k| &fields[k]);
+        let mut judged = judge(a, b, tolerance(&problem.method()))?;
+        let both_solve = both.iter().all(|k| engines[*k].residual <= ROUNDING);
+        if both_solve && judged.iter().any(|f| f.verdict == Verdict::Disagree) {
+            let of = both.map(|k| (&fields[k], &engines[k].answer.u[..]));
+            settled.extend(settle::settle(problem, of, &mut judged)?);
         }
+        pairs.extend(judged.into_iter().map(|field| PairOutcome {
+            a: a.source.clone(),
+            b: b.source.clone(),
+            field,
+        }));
     }
     let of_pairs = pairs.iter().map(|p| p.field.verdict).max();
     let of_engines = engines.iter().map(|e| e.verdict).max();

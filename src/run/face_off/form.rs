@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::Source;
 use super::code::{Code, Missing, Own};
+use super::formula::words;
 use super::tables::Reader;
 use crate::engine::{self, Form, Script};
 use faceoff_form::Problem;
@@ -241,40 +242,4 @@ pub(super) fn in_full(text: &str, form: &Problem) -> String {
         Some(datum) => Some(format!("({})", words(datum, value))),
         None => value(word),
     })
-}
-
-/// With something else for some of its names; what is in braces stays.
-fn words(text: &str, other: impl Fn(&str) -> Option<String>) -> String {
-    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
-    let mut out = String::new();
-    let mut is_braced = false;
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        let end = match is_word(first) {
-            true => rest.find(|c| !is_word(c)).unwrap_or(rest.len()),
-            false => first.len_utf8(),
-        };
-        let (word, after) = rest.split_at(end);
-        is_braced = (is_braced || word == "{") && word != "}";
-        match other(word).filter(|_| !is_braced) {
-            Some(text) => out += &text,
-            None => out += word,
-        }
-        rest = after;
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_replaced_as_whole_words() {
-        let other = |word: &str| (word == "k").then(|| "{k}".to_owned());
-        assert_eq!(
-            words("k*tank(k) + 2.5*k_0 - {k}*k", other),
-            "{k}*tank({k}) + 2.5*k_0 - {k}*{k}"
-        );
-    }
 }

@@ -56,16 +56,27 @@ impl Formula {
 
 /// With something else where the variable t is.
 fn replaced(text: &str, by: &str) -> String {
-    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+    words(text, |word| (word == "t").then(|| by.to_owned()))
+}
+
+/// A formula with something else for some of its names; what is in braces stays.
+pub fn words(text: &str, other: impl Fn(&str) -> Option<String>) -> String {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
     let mut out = String::new();
-    let mut before = ' ';
-    let mut rest = text.chars().peekable();
-    while let Some(c) = rest.next() {
-        match c == 't' && !is_word(before) && !rest.peek().is_some_and(|c| is_word(*c)) {
-            true => out += by,
-            false => out.push(c),
+    let mut is_braced = false;
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let end = match is_word(first) {
+            true => rest.find(|c| !is_word(c)).unwrap_or(rest.len()),
+            false => first.len_utf8(),
+        };
+        let (word, after) = rest.split_at(end);
+        is_braced = (is_braced || word == "{") && word != "}";
+        match other(word).filter(|_| !is_braced) {
+            Some(text) => out += &text,
+            None => out += word,
         }
-        before = c;
+        rest = after;
     }
     out
 }
@@ -93,5 +104,14 @@ mod tests {
             "{wrong}"
         );
         assert!(of("{m}*t").is_err());
+    }
+
+    #[test]
+    fn names_are_replaced_as_whole_words() {
+        let other = |word: &str| (word == "k").then(|| "{k}".to_owned());
+        assert_eq!(
+            words("k*tank(k) + 2.5*k_0 - {k}*k", other),
+            "{k}*tank({k}) + 2.5*k_0 - {k}*{k}"
+        );
     }
 }

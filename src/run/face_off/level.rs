@@ -1,4 +1,4 @@
-//! The levels of a face-off: the refinements of its mesh, the values of a parameter that is a list, or both together.
+//! The levels of a face-off: points on axes, which are the refinements of its mesh and a parameter that is a list, or both together.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,13 +10,12 @@ use serde::{Serialize, Serializer};
 pub struct Level {
     /// As reports call it.
     pub label: Label,
-    /// The refinement of the mesh.
+    /// The refinement of the mesh, which is an axis like others.
     pub n: Option<usize>,
-    /// The value of the parameter that is a list.
-    pub value: Option<(String, String)>,
-    /// What goes to zero, where that is not the mesh size: the value of that parameter, or one over it where it is a number
-    /// of steps.
-    pub step: Option<f64>,
+    /// Where it is on each axis.
+    at: Vec<(String, String)>,
+    /// What goes to zero, where that is not the mesh size, by name: a parameter, or `1/n`.
+    pub step: Option<(String, f64)>,
 }
 
 /// What a level is called.
@@ -57,20 +56,38 @@ impl Label {
     }
 }
 
-/// A parameter with several values, from the coarsest to the finest.
+/// What changes from level to level, or what all levels share: the refinement, or a parameter that is a list.
 #[derive(Debug, Clone)]
-pub(super) struct List {
+pub(super) struct Axis {
     pub name: String,
-    /// As commands get them.
+    /// As commands get them, from the coarsest to the finest.
     pub values: Vec<String>,
-    /// A falling list is of step sizes, a rising one of numbers of steps.
-    pub steps: Vec<f64>,
+    /// What goes to zero with them: step sizes themselves, 1 over numbers of steps and over refinements.
+    steps: Vec<f64>,
 }
 
-impl List {
+/// The name of the axis of refinements, and of its placeholder.
+const N: &str = "n";
+
+impl Axis {
+    /// The refinements of the mesh; none where it has none.
+    pub fn refinements(n: &[usize]) -> Option<Self> {
+        (!n.is_empty()).then(|| Axis {
+            name: N.to_owned(),
+            values: n.iter().map(usize::to_string).collect(),
+            steps: n.iter().map(|n| 1.0 / *n as f64).collect(),
+        })
+    }
+
+    pub fn is_refinement(&self) -> bool {
+        self.name == N
+    }
+
+    /// A parameter that is a list.
+    ///
     /// # Errors
     /// In words: what the list is, and what it should be.
-    pub fn new(
+    pub fn of_list(
         name: &str,
         values: Vec<String>,
         is_whole: bool,
@@ -101,7 +118,7 @@ impl List {
                 return Err((what, remedy));
             }
         };
-        Ok(List {
+        Ok(Axis {
             name: name.to_owned(),
             values,
             steps,
@@ -110,74 +127,76 @@ impl List {
 }
 
 impl Level {
-    /// The levels of refinements and of a list, which run together where there are several of both.
+    /// The levels of some axes; those with several values run together.
     ///
     /// # Errors
-    /// In words: as many refinements as values are needed.
-    pub(super) fn all(n: &[usize], list: Option<&List>) -> Result<Vec<Level>, String> {
-        let of_n = |n: usize| Level {
-            label: Label::Mesh(n),
-            n: Some(n),
-            ..Level::default()
-        };
-        let Some(list) = list else {
-            return Ok(match n {
-                [] => vec![Level::default()],
-                n => n.iter().copied().map(of_n).collect(),
-            });
-        };
-        if n.len() > 1 && n.len() != list.values.len() {
+    /// In words: two axes that do not have as many.
+    pub(super) fn all(axes: &[Axis]) -> Result<Vec<Level>, String> {
+        let varying: Vec<&Axis> = axes.iter().filter(|axis| axis.values.len() > 1).collect();
+        let count = varying.first().map_or(1, |first| first.values.len());
+        if let Some(other) = varying.iter().find(|other| other.values.len() != count) {
             return Err(format!(
-                "n has {} values and {} has {}",
-                n.len(),
-                list.name,
-                list.values.len()
+                "{} has {count} values and {} has {}",
+                varying[0].name,
+                other.name,
+                other.values.len()
             ));
         }
-        let values = list.values.iter().zip(&list.steps).enumerate();
-        let level = |(k, (value, step)): (usize, (&String, &f64))| {
-            let named = format!("{} = {value}", list.name);
-            let several = n.len() > 1;
+        let named = match varying.is_empty() {
+            true => axes.iter().collect(),
+            false => varying.clone(),
+        };
+        let level = |k: usize| {
+            let of = |axis: &Axis| axis.values.get(k).unwrap_or(&axis.values[0]).clone();
+            let refinement = axes.iter().find(|axis| axis.is_refinement());
+            let n = refinement.and_then(|axis| of(axis).parse().ok());
+            let at = |axis: &Axis| (axis.name.clone(), of(axis));
+            // Where the mesh changes as well, what goes to zero is its size.
+            let step = varying.iter().min_by_key(|axis| !axis.is_refinement());
+            let step = step.map(|axis| match axis.is_refinement() {
+                true => ("1/n".to_owned(), axis.steps[k]),
+                false => (axis.name.clone(), axis.steps[k]),
+            });
             Level {
-                label: Label::Named(match several {
-                    true => format!("n = {}, {named}", n[k]),
-                    false => named,
-                }),
-                n: if several {
-                    Some(n[k])
-                } else {
-                    n.first().copied()
+                label: match (&named[..], n) {
+                    ([], _) => Label::Only,
+                    ([axis], Some(n)) if axis.is_refinement() => Label::Mesh(n),
+                    (axes, _) => Label::Named(words(axes.iter().map(|axis| at(axis)))),
                 },
-                value: Some((list.name.clone(), value.clone())),
-                step: (!several).then_some(*step),
+                n,
+                at: axes.iter().map(at).collect(),
+                step,
             }
         };
-        Ok(values.map(level).collect())
+        Ok((0..count).map(level).collect())
     }
 
-    /// These parameters with this level's value.
+    /// These parameters with those of this level.
     pub fn parameters(&self, of_all: &BTreeMap<String, String>) -> BTreeMap<String, String> {
         let mut parameters = of_all.clone();
-        parameters.extend(self.value.clone());
+        let own = self.at.iter().filter(|(name, _)| name != N);
+        parameters.extend(own.cloned());
         parameters
     }
 
     /// Where it is on each axis: `n = 4, dt = 0.05`; nothing where there is one level alone.
     pub fn words(&self) -> String {
-        let n = self.n.map(|n| format!("n = {n}"));
-        let value = self
-            .value
-            .as_ref()
-            .map(|(name, value)| format!("{name} = {value}"));
-        n.into_iter().chain(value).collect::<Vec<_>>().join(", ")
+        words(self.at.iter().cloned())
     }
 
     /// The end of the names of its folders: `-n16`, `-dt0.05`.
     pub fn suffix(&self) -> String {
-        let n = self.n.map_or(String::new(), |n| format!("-n{n}"));
-        let value = self.value.as_ref();
-        n + &value.map_or(String::new(), |(name, value)| format!("-{name}{value}"))
+        let at = self
+            .at
+            .iter()
+            .map(|(name, value)| format!("-{name}{value}"));
+        at.collect()
     }
+}
+
+fn words(at: impl Iterator<Item = (String, String)>) -> String {
+    let each = at.map(|(name, value)| format!("{name} = {value}"));
+    each.collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -187,32 +206,53 @@ mod tests {
     #[test]
     fn lists_run_together_or_alone() {
         let list = |values: &[&str], is_whole| {
-            List::new(
+            Axis::of_list(
                 "dt",
                 values.iter().map(|v| (*v).to_owned()).collect(),
                 is_whole,
             )
         };
         let dt = list(&["0.1", "0.05"], false).unwrap();
+        let all = |n: &[usize], list: Option<&Axis>| {
+            let axes: Vec<Axis> = Axis::refinements(n)
+                .into_iter()
+                .chain(list.cloned())
+                .collect();
+            Level::all(&axes)
+        };
         let labels = |n: &[usize], list| {
-            let levels = Level::all(n, list).unwrap();
-            let of = |level: &Level| format!("{}|{}|{:?}", level.label, level.suffix(), level.step);
+            let levels = all(n, list).unwrap();
+            let step = |level: &Level| {
+                level
+                    .step
+                    .as_ref()
+                    .map(|(name, size)| format!("{name} {size}"))
+            };
+            let of = |level: &Level| {
+                format!(
+                    "{}|{}|{}",
+                    level.label,
+                    level.suffix(),
+                    step(level).unwrap_or_default()
+                )
+            };
             levels.iter().map(of).collect::<Vec<_>>()
         };
-        assert_eq!(labels(&[], None), ["||None"]);
-        assert_eq!(labels(&[4, 8], None), ["n = 4|-n4|None", "n = 8|-n8|None"]);
+        assert_eq!(labels(&[], None), ["||"]);
+        assert_eq!(
+            labels(&[4, 8], None),
+            ["n = 4|-n4|1/n 0.25", "n = 8|-n8|1/n 0.125"]
+        );
         assert_eq!(
             labels(&[4], Some(&dt)),
-            [
-                "dt = 0.1|-n4-dt0.1|Some(0.1)",
-                "dt = 0.05|-n4-dt0.05|Some(0.05)"
-            ]
+            ["dt = 0.1|-n4-dt0.1|dt 0.1", "dt = 0.05|-n4-dt0.05|dt 0.05"]
         );
         assert_eq!(
             labels(&[4, 8], Some(&dt))[1],
-            "n = 8, dt = 0.05|-n8-dt0.05|None"
+            "n = 8, dt = 0.05|-n8-dt0.05|1/n 0.125"
         );
-        assert!(Level::all(&[4, 8, 16], Some(&dt)).is_err());
+        assert_eq!(labels(&[4], None), ["n = 4|-n4|"]);
+        assert!(all(&[4, 8, 16], Some(&dt)).is_err());
         assert_eq!(list(&["5", "10"], true).unwrap().steps, [0.2, 0.1]);
         for (bad, is_whole) in [
             (&["0.05", "0.1"][..], false),

@@ -39,7 +39,7 @@ use serde_json::{Value, json};
 
 pub use code::Code;
 pub use form::FormFile;
-pub use formula::Formula;
+pub use formula::{Formula, words};
 pub use level::{Label, Level};
 pub use times::Judged;
 
@@ -50,6 +50,7 @@ use faceoff_mesh::file;
 use faceoff_mesh::io;
 use faceoff_mesh::mesh::generate::{Cuboid, union_mesh};
 use faceoff_mesh::mesh::{Group, Mesh, refine};
+use level::Axis;
 use tables::Reader;
 
 /// A problem, the codes that solve it, and what they are asked for.
@@ -61,11 +62,10 @@ pub struct FaceOff {
     /// The weak form from which codes get their scripts.
     pub form: Option<Problem>,
     mesh: Option<Source>,
-    /// Refinements, ascending; none where the mesh is taken as it is.
-    pub n: Vec<usize>,
+    /// Along which levels lie, refinements ascending; none where the mesh is taken as it is and no parameter is a list.
+    axes: Vec<Axis>,
     /// As commands get them; of one that is a list, the first.
     pub parameters: BTreeMap<String, String>,
-    list: Option<level::List>,
     /// At least two, each of another name.
     pub codes: Vec<Code>,
     /// Those that are compared.
@@ -173,10 +173,11 @@ impl FaceOff {
     ///
     /// # Errors
     /// Not as many as a parameter has values.
-    pub fn with_n(mut self, n: Vec<usize>) -> Result<Self> {
-        self.n = n;
-        self.n.sort_unstable();
-        Level::all(&self.n, self.list.as_ref()).map_err(|what| {
+    pub fn with_n(mut self, mut n: Vec<usize>) -> Result<Self> {
+        n.sort_unstable();
+        self.axes.retain(|axis| !axis.is_refinement());
+        self.axes.splice(0..0, Axis::refinements(&n));
+        Level::all(&self.axes).map_err(|what| {
             let remedy = "give one refinement, or as many as the parameter has values";
             Error::usage(what, remedy)
         })?;
@@ -185,8 +186,8 @@ impl FaceOff {
 
     /// What to run, the coarsest first; one level where the mesh is as it is and no parameter is a list.
     pub fn levels(&self) -> Vec<Level> {
-        // Both lengths were checked when they were given.
-        Level::all(&self.n, self.list.as_ref()).unwrap_or_default()
+        // Their lengths were checked when they were given.
+        Level::all(&self.axes).unwrap_or_default()
     }
 
     /// The mesh at a refinement; none where every code makes its own.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::level::List;
+use super::level::Axis;
 use super::tables::Reader;
 use faceoff_mesh::error::Result;
 
@@ -11,9 +11,9 @@ impl Reader {
     pub(super) fn parameters(
         &self,
         tables: BTreeMap<String, toml::Value>,
-    ) -> Result<(BTreeMap<String, String>, Option<List>)> {
+    ) -> Result<(BTreeMap<String, String>, Option<Axis>)> {
         let mut all = BTreeMap::new();
-        let mut list: Option<List> = None;
+        let mut list: Option<Axis> = None;
         for (name, value) in tables {
             let toml::Value::Array(values) = value else {
                 let value = self.parameter(&name, &value)?;
@@ -29,7 +29,7 @@ impl Reader {
             let is_whole = values.iter().all(toml::Value::is_integer);
             let values = values.iter().map(|value| self.parameter(&name, value));
             let values = values.collect::<Result<Vec<_>>>()?;
-            let found = List::new(&name, values, is_whole)
+            let found = Axis::of_list(&name, values, is_whole)
                 .map_err(|(what, remedy)| self.refuse(&place, what, remedy))?;
             all.insert(name, found.values[0].clone());
             list = Some(found);

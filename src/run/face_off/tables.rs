@@ -8,7 +8,7 @@ use serde::Deserialize;
 use super::code::{Code, Protocol};
 use super::form::in_full;
 use super::integrals::fault;
-use super::level::Level;
+use super::level::{Axis, Level};
 use super::{Asked, FaceOff, Formula, Judged, Same, Source};
 use crate::engine::{self, Form, Script, fill};
 use faceoff_fem::contact::Method;
@@ -210,7 +210,8 @@ impl Reader {
         if let Some(table) = file.mesh.take() {
             (source, n) = self.mesh(table)?;
         }
-        Level::all(&n, list.as_ref()).map_err(|what| {
+        let axes: Vec<Axis> = Axis::refinements(&n).into_iter().chain(list).collect();
+        Level::all(&axes).map_err(|what| {
             let remedy = "give one n, or as many as the parameter has values: they run together";
             self.refuse("parameters", what, remedy)
         })?;
@@ -307,9 +308,8 @@ impl Reader {
             name: file.name,
             about: file.about,
             mesh: source,
-            n,
+            axes,
             parameters,
-            list,
             codes,
             fields,
             numbers,

@@ -26,8 +26,8 @@ pub struct Journal {
     path: PathBuf,
     /// Locked until it is dropped.
     file: Mutex<File>,
-    /// By [`name`].
-    known: HashMap<String, Entry>,
+    /// By who answered to what.
+    known: HashMap<[String; 2], Entry>,
     /// What a program was when it was asked last, by the name of who answers.
     programs: Mutex<HashMap<String, Value>>,
 }
@@ -112,7 +112,7 @@ impl Journal {
         for (line, text) in lines {
             let entry: Entry = serde_json::from_str(text)
                 .map_err(|e| fault(line, format!("it is no entry: {e}"), "remove the line"))?;
-            known.insert(name([&entry.by, &entry.at]), entry);
+            known.insert([entry.by.clone(), entry.at.clone()], entry);
         }
         Ok(Journal {
             path,
@@ -162,14 +162,13 @@ impl Journal {
 
     /// What was found, if what was asked then is what is asked now.
     fn find<T: DeserializeOwned>(&self, of: [&str; 2], asked: &Value) -> Result<Option<T>> {
-        let name = name(of);
-        let Some(entry) = self.known.get(&name) else {
+        let Some(entry) = self.known.get(&of.map(str::to_owned)) else {
             return Ok(None);
         };
         let wrote: BTreeSet<&String> = self.known.values().flat_map(|of| &of.wrote).collect();
         let [was, is] = [&entry.asked, asked].map(|asked| without(asked, &wrote));
         if let Some(what) = first_difference("", &was, &is) {
-            let what = format!("was begun with something else: of {name}, {what}");
+            let what = format!("was begun with something else: of {}, {what}", name(of));
             return Err(refuse(&self.path, what));
         }
         // What cannot be read is found again.
