@@ -154,3 +154,27 @@ fn an_answer_from_another_system_is_not_kept() {
     let told = "nobody can tell what its answer depends on; run it without --resume";
     assert!(ran.stderr.contains(told), "{}", ran.stderr);
 }
+
+/// What was kept of a record is not what another record holds.
+#[test]
+fn a_kept_answer_of_a_record_counts_as_long_as_the_record_is_what_it_was() {
+    let folder = folder();
+    let at = folder.path();
+    let verify = |more: &str| {
+        let words = format!("verify one-zone --n 4 --methods cr {more}");
+        run(at, &words.split(' ').collect::<Vec<_>>())
+    };
+    assert_eq!(verify("--engines rust,freefem --record r").code, Some(0));
+    for _ in 0..2 {
+        let ran = verify("--against r --resume kept");
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    }
+    let path = at.join("r/baseline.json");
+    let text = fs::read_to_string(&path).unwrap();
+    let other = text.replace("\"converged\": true", "\"converged\": false");
+    assert_ne!(other, text);
+    fs::write(&path, other).unwrap();
+    let ran = verify("--against r --resume kept");
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    assert!(ran.stderr.contains("record was"), "{}", ran.stderr);
+}

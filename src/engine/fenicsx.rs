@@ -77,13 +77,7 @@ pub(super) fn command(
         _ => {
             let home = folder.join("engine");
             fs::create_dir_all(&home).map_err(Error::io(&home, "make"))?;
-            for (name, text) in SCRIPTS {
-                let path = home.join(name);
-                match scripts {
-                    None => fs::write(&path, text).map_err(Error::io(&path, "write"))?,
-                    Some(scripts) => file::copy_beneath(scripts, name, &path)?,
-                }
-            }
+            super::put_scripts(&SCRIPTS, scripts, &home)?;
             home
         }
     };

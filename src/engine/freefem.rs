@@ -43,13 +43,7 @@ pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
 /// Runs the job's copy of the script in `folder`.
 pub(super) fn command(folder: &Path, scripts: Option<&Path>, within: &Within) -> Result<Command> {
     // FreeFEM looks for what a script includes beside the script first.
-    for (name, text) in SCRIPTS {
-        let script = folder.join(name);
-        match scripts {
-            None => fs::write(&script, text).map_err(Error::io(&script, "write"))?,
-            Some(scripts) => file::copy_beneath(scripts, name, &script)?,
-        }
-    }
+    super::put_scripts(&SCRIPTS, scripts, folder)?;
     let mut command = Command::new(program(within).ok_or_else(missing)?);
     command
         .args(["-ne", "-v", "0", "-nw", SCRIPTS[0].0])

@@ -317,6 +317,18 @@ fn digest_of(companion: &[(&str, &str)], scripts: Option<&Path>) -> Result<Strin
     Ok(digest(&all))
 }
 
+/// Writes a companion's scripts, or the copies of them in a folder, into another.
+fn put_scripts(companion: &[(&str, &str)], scripts: Option<&Path>, into: &Path) -> Result<()> {
+    for (name, text) in companion {
+        let path = into.join(name);
+        match scripts {
+            None => std::fs::write(&path, text).map_err(Error::io(&path, "write"))?,
+            Some(scripts) => faceoff_mesh::file::copy_beneath(scripts, name, &path)?,
+        }
+    }
+    Ok(())
+}
+
 /// The folder of this program in one that a variable names, or else in this one at home.
 fn own_folder(variable: &str, at_home: &str) -> Option<PathBuf> {
     let named = std::env::var_os(variable).map(PathBuf::from);

@@ -279,7 +279,7 @@ def against(draw, turn):
 
     def dofs(record, seed):
         pick = random.Random(seed)
-        of = pick.choice(record["cases"])["answers"][0]
+        of = pick.choice(record["entries"])["found"]
         data = base64.b64decode(of["dofs"])
         values = list(struct.unpack(f"<{len(data) // 8}d", data))
         of["dofs"] = base64.b64encode(packed(spoiled(values, pick))).decode()
@@ -289,17 +289,19 @@ def against(draw, turn):
         yield Trial(what, "a changed answer", script(lambda r, seed=seed: dofs(r, seed)))
 
     def problem(key, value, k):
-        return lambda r: r["cases"][k]["problem"].__setitem__(key, value)
+        return lambda r: r["entries"][k]["asked"].__setitem__(key, value)
 
     for key, value in (("mesh digest", "0" * 16), ("gamma0", 101.0), ("f", "0.0"), ("psi", "1.0"), ("n", 9), ("method", "p3"), ("h", "global"),
                        ("parts of the boundary, digest", "0" * 16), ("t", "1.0"), ("g", "x"), ("dofs", 1), ("quadrature", ["centroid", "gauss-5"])):
         if draw.random() < 0.3:
             yield Trial(what, f"{key} of a record", script(problem(key, value, draw.randrange(4))))
-    yield Trial(what, "a case missing", script(lambda r: r["cases"].pop()))
-    yield Trial(what, "no answers", script(lambda r: r["cases"][0].__setitem__("answers", [])))
-    yield Trial(what, "converged", script(lambda r: r["cases"][1]["answers"][0].__setitem__("converged", False)))
-    yield Trial(what, "the answer of another method", script(lambda r: r["cases"][2].__setitem__("answers", r["cases"][3]["answers"])))
-    yield Trial(what, "settings", script(lambda r: r["settings"].__setitem__("increment", 1e-3)))
+    yield Trial(what, "a case missing", script(lambda r: r["entries"].pop()))
+    yield Trial(what, "no answers", script(lambda r: r["entries"].clear()))
+    yield Trial(what, "the answer of another code", script(lambda r: r["entries"][0].__setitem__("by", "other")))
+    yield Trial(what, "the answer to another problem", script(lambda r: r["entries"][0].__setitem__("at", r["entries"][1]["at"])))
+    yield Trial(what, "converged", script(lambda r: r["entries"][1]["found"].__setitem__("converged", False)))
+    yield Trial(what, "the answer of another method", script(lambda r: r["entries"][2].__setitem__("found", r["entries"][3]["found"])))
+    yield Trial(what, "settings", script(lambda r: r["of"].__setitem__("increment", 1e-3)))
     yield Trial(what, "schema", script(lambda r: r.__setitem__("schema", "faceoff/baseline/1")))
     if scene == "one-zone":
         for change in draw.sample(CHANGED, 3):
