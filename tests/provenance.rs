@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::{Ran, folder, run, write};
+use crate::common::{Ran, faceoff, folder, run, source, told, write};
 
 /// A face-off of codes with these commands, and more keys of each.
 fn face_off(at: &Path, codes: &[(&str, &str, &str)]) {
@@ -177,4 +177,50 @@ fn a_kept_answer_of_a_record_counts_as_long_as_the_record_is_what_it_was() {
     let ran = verify("--against r --resume kept");
     assert_eq!(ran.code, Some(2), "{}", ran.stdout);
     assert!(ran.stderr.contains("record was"), "{}", ran.stderr);
+}
+
+/// A newer release of the code that a script imports gives another answer.
+#[test]
+fn a_kept_answer_of_a_form_counts_as_long_as_the_module_is_what_it_was() {
+    let folder = folder();
+    let at = folder.path();
+    fs::create_dir(at.join("modules")).unwrap();
+    let sh = |line: &str| {
+        let done = std::process::Command::new("sh")
+            .args(["-c", line])
+            .current_dir(at)
+            .status();
+        assert!(done.unwrap().success(), "{line}");
+    };
+    sh(
+        "cp -rL \"$(/usr/bin/python3 -c 'import os, getfem; print(os.path.dirname(getfem.__file__))')\" modules",
+    );
+    let python =
+        "#!/bin/sh\nPYTHONPATH=\"$(dirname \"$0\")/modules\" exec /usr/bin/python3 \"$@\"\n";
+    write(at, "python3", python);
+    sh("chmod +x python3");
+    let form = source("examples/forms/poisson.toml");
+    let verify = || {
+        let mut command = faceoff(at);
+        command.arg("verify").arg(&form);
+        command.args(["--engines", "rust,getfem", "--n", "4", "--resume", "kept"]);
+        told(
+            command
+                .env("FACEOFF_PYTHON", at.join("python3"))
+                .output()
+                .unwrap(),
+        )
+    };
+    for _ in 0..2 {
+        let ran = verify();
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    }
+    sh("echo '# newer' >> modules/getfem/__init__.py");
+    let ran = verify();
+    assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    assert!(
+        ran.stderr.contains("of getfem: n = 4, module was"),
+        "{}",
+        ran.stderr
+    );
 }

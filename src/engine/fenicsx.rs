@@ -35,18 +35,31 @@ pub(super) fn python_with(module: &str) -> Option<PathBuf> {
     all.flatten().find(|python| has_module(python, module))
 }
 
-/// Can this Python import the module? Looks for it without loading it, and in the root folder, as Python takes modules from
-/// where it is started, which may be a stranger's.
+/// Can this Python import the module?
 pub(super) fn has_module(python: &Path, module: &str) -> bool {
-    let question = format!(
-        "import importlib.util, sys; sys.exit(importlib.util.find_spec('{module}') is None)"
-    );
-    Command::new(python)
+    origin(python, module).is_some()
+}
+
+/// The folder of a module that this Python imports, where its files are in one.
+pub(super) fn folder_of(python: &Path, module: &str) -> Option<PathBuf> {
+    let origin = PathBuf::from(origin(python, module)?);
+    let folder = origin.parent().filter(|_| origin.is_absolute())?;
+    Some(folder.to_owned())
+}
+
+/// What a module that this Python can import comes from. Looks for it without loading it, and in the root folder, as Python takes modules
+/// from where it is started, which may be a stranger's.
+fn origin(python: &Path, module: &str) -> Option<String> {
+    let question =
+        format!("import importlib.util; print(importlib.util.find_spec('{module}').origin)");
+    let output = Command::new(python)
         .args(["-c", &question])
         .current_dir("/")
         .stdin(std::process::Stdio::null())
-        .output()
-        .is_ok_and(|output| output.status.success())
+        .output();
+    let output = output.ok().filter(|output| output.status.success())?;
+    let told = String::from_utf8(output.stdout).ok()?;
+    told.lines().last().map(str::to_owned)
 }
 
 fn missing() -> Error {

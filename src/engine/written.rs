@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
-use super::digest;
-use super::fenicsx::python_with;
+use super::fenicsx::{folder_of, python_with};
 use super::process::find_in_path;
+use super::{depends, digest};
 use faceoff_form::Problem;
 use faceoff_form::codes::Code;
 use faceoff_mesh::error::{Error, Result};
@@ -50,20 +50,26 @@ impl Source {
     pub fn command(&self) -> Result<Vec<String>, String> {
         let usual = self.code.command;
         let program = usual.first().copied().unwrap_or_default();
-        let found = if program.ends_with("python3") {
-            let module = match self.code.name {
-                "scikit-fem" => "skfem",
-                other => other,
-            };
-            python_with(module).ok_or_else(|| format!("no Python here has {module}"))?
-        } else {
-            find_in_path(program).ok_or_else(|| format!("{program} is not installed"))?
+        let found = match self.module() {
+            Some(module) => {
+                python_with(module).ok_or_else(|| format!("no Python here has {module}"))?
+            }
+            None => find_in_path(program).ok_or_else(|| format!("{program} is not installed"))?,
         };
         let mut words = vec![found.display().to_string().replace('{', "{{")];
         words.extend(usual.iter().skip(1).map(|word| (*word).to_owned()));
         words.extend(["{script}", "{mesh}"].map(str::to_owned));
         words.push(format!("{{out}}/{}", self.result()));
         Ok(words)
+    }
+
+    /// The module of Python that the script imports; none of a code that is a program.
+    fn module(&self) -> Option<&'static str> {
+        let is_python = self.code.command.first()?.ends_with("python3");
+        is_python.then_some(match self.code.name {
+            "scikit-fem" => "skfem",
+            other => other,
+        })
     }
 
     /// The file with all unknowns that the script writes.
@@ -92,13 +98,22 @@ impl Source {
         Ok(path)
     }
 
-    /// What an answer depends on besides mesh and parameters: the script and the program.
+    /// What an answer depends on besides mesh and parameters: the script, the program, and the files of the module that it imports.
     pub(super) fn identity(&self, name: &str, command: &[String]) -> Result<Value> {
         let program = command.first().map(PathBuf::from).unwrap_or_default();
+        let of_module = |module: &str| {
+            let folder = folder_of(&program, module).ok_or_else(|| {
+                let what = format!("it has no {module} whose files can be found");
+                Error::engine(name, what, "run it without --resume")
+            })?;
+            let files = json!(depends::digests(&[], &folder)?);
+            Ok::<_, Error>(digest(files.to_string().as_bytes()))
+        };
         Ok(json!({
             "command": command,
             "script": digest(self.text(name, &BTreeMap::new())?.as_bytes()),
             "program": digest(&file::read(&program)?),
+            "module": self.module().map(of_module).transpose()?,
         }))
     }
 }
