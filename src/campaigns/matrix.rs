@@ -174,13 +174,16 @@ pub fn matrix(request: &MatrixRequest, progress: &dyn Progress) -> Result<Matrix
             cases.extend(outcome.map(|outcome| (place, outcome)));
         }
     }
-    let release = |(of, version): (&Box<dyn Engine>, Result<String>)| Release {
-        name: of.name().to_owned(),
-        version: version.ok(),
-    };
     Ok(MatrixOutcome {
         verdict: verdict(&cells),
-        releases: engines.iter().zip(probed).map(release).collect(),
+        releases: engines
+            .iter()
+            .zip(probed)
+            .map(|(of, version)| Release {
+                name: of.name().to_owned(),
+                version: version.ok(),
+            })
+            .collect(),
         cells,
         cases,
     })
