@@ -136,7 +136,7 @@ pub fn certify<'a>(
     );
     report.lead.push(Block::Html(Box::new(move || {
         let map = html::cells(mesh, &certificate.local, "what each cell adds to the bound");
-        Ok(html::beside([("c6", map), ("c6", html::known(&proved))]))
+        Ok(html::beside([("c6", map), ("c6", html::facts(&proved))]))
     })));
     let asked = c.relative.map(|r| format!("{:.1e}", 0.5 * r));
     report.next = asked

@@ -347,7 +347,7 @@ pub fn solve<'a>(
         );
         let [u, newton] =
             [html::solution(&case.problem, u, &pictures), newton].map(|of| ("c4 half", of));
-        Ok(html::beside([u, newton, ("c4", html::known(&told))]))
+        Ok(html::beside([u, newton, ("c4", html::facts(&told))]))
     })));
     let lines = a.explanation.iter().flat_map(Explanation::lines);
     let of = Block::text(about.clone());

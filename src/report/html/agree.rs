@@ -1,10 +1,9 @@
 //! The page of `verify` where all agree: one screen.
 
-use std::fmt::Write as _;
-
 use super::codes::Codes;
-use super::markup::{Html, division, element, leaf, prose, raw};
-use super::plane::{View, WIDTH, drawing, segments};
+use super::markup::{Html, html};
+use super::plane::{View, WIDTH, drawing, line, segments};
+use super::residual::ends;
 use super::spread::Spread;
 use super::surface::Surface;
 use super::verify::Run;
@@ -29,23 +28,20 @@ impl Run<'_> {
         let about = text!(
             "**Each answer solves the scheme.** Residual of every code, and the largest difference of two in units of rounding"
         );
-        let cases = division(
-            "c6 compact",
-            [
-                element("div", &[("class", "cap")], prose(about)),
-                codes.by_case(None),
-            ],
-        );
-        let grid = division("grid", [Spread::new(outcome)?.figure(), cases]);
         let scenes = unique(outcome.cases.iter().map(|c| &*c.scene));
-        let mut below: Vec<Html> = Vec::new();
-        for scene in scenes.iter().take(SKETCHES) {
-            if let Some(case) = outcome.cases.iter().find(|c| c.scene == *scene) {
-                below.push(sketch(case)?);
+        let shown = scenes.iter().take(SKETCHES);
+        let shown = shown.filter_map(|s| outcome.cases.iter().find(|c| c.scene == *s));
+        let sketches = shown.map(sketch).collect::<Result<Vec<Html>>>()?;
+        Ok(html! {
+            .grid {
+                (Spread::new(outcome)?.figure())
+                .c6.compact { .cap { (about) } (codes.by_case(None)) }
             }
-        }
-        below.extend([self.checked(), self.unchecked()]);
-        Ok(Html::from([grid, division("checked", below)]))
+            .checked {
+                @for sketch in sketches { (sketch) }
+                (self.checked()) (self.unchecked())
+            }
+        })
     }
 
     fn checked(&self) -> Html {
@@ -103,8 +99,7 @@ impl Run<'_> {
 }
 
 fn list(name: &str, items: &[Text]) -> Html {
-    let items = items.iter().map(|item| element("li", &[], prose(item)));
-    division("", [leaf("h2", &[], name), element("ul", &[], items)])
+    html! { div { h2 { (name) } ul { @for item in items { li { (item) } } } } }
 }
 
 /// A scene's mesh, small, and what is in contact.
@@ -125,40 +120,22 @@ fn sketch(case: &CaseOutcome) -> Result<Html> {
             .collect();
         Surface::new(mesh, &all).picture(&label, &faces, &[], None)
     } else {
-        let view = View::of(mesh.points.iter().map(|p| [p[0], p[1]]), 2.0 * WIDTH);
-        let ends = |face: usize| {
-            let ends = mesh.face(face);
-            [ends[0], ends[1]].map(|v| [0, 1].map(|k| mesh.points[v as usize][k]))
-        };
+        let view = View::of_points(&mesh.points, 2.0 * WIDTH);
         let lines = |keeps: &dyn Fn(usize) -> bool| {
-            segments(
-                &view,
-                (0..mesh.face_count()).filter(|f| keeps(*f)).map(ends),
-            )
+            let faces = (0..mesh.face_count()).filter(|f| keeps(*f));
+            segments(&view, faces.map(|face| ends(mesh, face)))
         };
         let is_contact = |f: usize| problem.parts[f] == Some(Part::Contact);
         // A fine mesh would be a grey area, and large.
-        let inner = if mesh.face_count() > 6000 {
-            String::new()
-        } else {
-            lines(&|f| !mesh.is_boundary(f))
-        };
-        let mut svg = format!("<path class=\"hair\" stroke-width=\".7\" d=\"{inner}\"/>");
-        let _ = write!(
-            svg,
-            "<path class=\"frame\" stroke-width=\"1.2\" d=\"{}\"/>",
-            lines(&|f| mesh.is_boundary(f) && !is_contact(f))
-        );
-        let _ = write!(
-            svg,
-            "<path class=\"ink\" stroke-width=\"1.6\" d=\"{}\"/>",
-            lines(&is_contact)
-        );
-        let _ = write!(
-            svg,
-            "<path class=\"goodl\" stroke-width=\"5\" d=\"{}\"/>",
-            lines(&|f| is_contact(f) && in_contact(f))
-        );
+        let has_room = mesh.face_count() <= 6000;
+        let svg = line("hair", 0.7, lines(&|f| has_room && !mesh.is_boundary(f)))
+            + &line(
+                "frame",
+                1.2,
+                lines(&|f| mesh.is_boundary(f) && !is_contact(f)),
+            )
+            + &line("ink", 1.6, lines(&is_contact))
+            + &line("goodl", 5.0, lines(&|f| is_contact(f) && in_contact(f)));
         drawing(&label, [WIDTH, view.height], &svg)
     };
     let sizes = text!(
@@ -166,7 +143,5 @@ fn sketch(case: &CaseOutcome) -> Result<Html> {
         whole(case.cells),
         whole(case.contact_faces)
     );
-    let name = leaf("b", &[], &case.scene);
-    let caption = element("figcaption", &[], [name, raw("<br>"), prose(sizes)]);
-    Ok(element("figure", &[("class", "thumb")], [picture, caption]))
+    Ok(html! { figure.thumb { (picture) figcaption { b { (case.scene) } br; (sizes) } } })
 }

@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use super::Html;
 use super::chain::Chain;
 use super::chart::Chart;
-use super::markup::{division, escape, figure};
-use super::plane::{NARROWEST, WIDEST, drawing, position, word};
+use super::markup::{figures, html};
+use super::plane::{NARROWEST, WIDEST, drawing, path, position, titled, word};
 use super::residual::Put;
 use crate::text::number::{place, size};
 use crate::text::{Text, text};
@@ -44,11 +44,8 @@ pub(in crate::report) fn along_one(put: Put, tolerance: f64, is_faulty: bool) ->
         tolerance,
         faulty: is_faulty.then_some(put.name).into_iter().collect(),
     };
-    let drawn = along.figure("");
-    match drawn == Html::default() {
-        true => drawn,
-        false => super::titled(text!("Along Γ_C"), drawn),
-    }
+    let drawn = along.figure();
+    html! { @if !drawn.is_empty() { h2 { (text!("Along Γ_C")) } (drawn) } }
 }
 
 pub(super) struct Sheet<'a> {
@@ -62,23 +59,15 @@ pub(super) struct Sheet<'a> {
 
 impl Along<'_> {
     /// Both drawings, of which the page shows one.
-    pub fn figure(&self, caption: &str) -> Html {
+    pub fn figure(&self) -> Html {
         let contact: Vec<u32> = self.problem.contact.iter().map(|f| f.face as u32).collect();
-        let Some(first) = self
-            .fields
-            .first()
-            .filter(|f| f.dim == 2 && !contact.is_empty())
-        else {
+        let first = self.fields.first();
+        let Some(first) = first.filter(|f| f.dim == 2 && !contact.is_empty()) else {
             return Html::default();
         };
         let chain = super::chain::chain(first, &contact);
         let drawn = [WIDEST, NARROWEST].map(|width| self.drawn(&chain, width));
-        let [wide, narrow] = drawn;
-        figure(
-            "",
-            caption,
-            [division("wide", wide), division("narrow", narrow)],
-        )
+        figures("", "", drawn)
     }
 
     fn drawn(&self, chain: &Chain, width: f64) -> Html {
@@ -99,12 +88,8 @@ impl Along<'_> {
         sheet.residuals();
         sheet.differences();
         sheet.positions();
-        let height = sheet.at;
-        drawing(
-            "u, contact, γ, residual and difference along Γ_C",
-            [width, height],
-            &sheet.svg,
-        )
+        let label = "u, contact, γ, residual and difference along Γ_C";
+        drawing(label, [width, sheet.at], &sheet.svg)
     }
 
     pub fn is_faulty(&self, name: &str) -> bool {
@@ -119,9 +104,8 @@ impl Sheet<'_> {
     }
 
     fn ends(&self) -> (f64, f64) {
-        let ends = self.chain.ends.iter();
-        let from = ends.clone().fold(f64::INFINITY, |low, e| low.min(e.0));
-        (from, ends.fold(f64::NEG_INFINITY, |high, e| high.max(e.1)))
+        let [from, to] = super::plane::ends(self.chain.ends.iter().flat_map(|e| [e.0, e.1]));
+        (from, to)
     }
 
     /// A chart of this height under its title.
@@ -136,22 +120,15 @@ impl Sheet<'_> {
 
     /// Marks the faces that are to blame, from top to bottom; its place in the drawing is the first.
     fn band(&mut self) {
-        let blamed: BTreeSet<&[u32]> = self
-            .of
-            .puts
-            .iter()
-            .flat_map(Put::blamed)
-            .map(|s| &s.vertices[..])
-            .collect();
+        let blamed = self.of.puts.iter().flat_map(Put::blamed);
+        let blamed: BTreeSet<&[u32]> = blamed.map(|s| &s.vertices[..]).collect();
         let mesh = self.of.problem.space.mesh;
         for (k, row) in self.chain.rows.iter().enumerate() {
             if blamed.contains(mesh.face(self.of.problem.contact[*row].face)) {
                 let (a, b) = self.chain.ends[k];
                 let (a, b) = (self.x(a), self.x(b));
-                let _ = write!(
-                    self.svg,
-                    "<path class=\"bandf\" d=\"M{a:.1} 4H{b:.1}V{{foot}}H{a:.1}z\"/>"
-                );
+                let d = format_args!("M{a:.1} 4H{b:.1}V{{foot}}H{a:.1}z");
+                self.svg += &path("bandf", d);
             }
         }
     }
@@ -174,27 +151,16 @@ impl Sheet<'_> {
                 let face = &problem.contact[*row];
                 let (a, b) = self.chain.ends[k];
                 let (a, b) = (self.x(a), self.x(b));
-                let mut told = format!(
-                    "face {:?} at {}",
-                    mesh.face(face.face),
-                    place(&mesh.face_midpoint(face.face)[..2])
-                );
+                let at = place(&mesh.face_midpoint(face.face)[..2]);
+                let mut told = format!("face {:?} at {at}", mesh.face(face.face));
                 for put in self.of.puts {
-                    let mut rows = problem
-                        .space
-                        .face_dofs(face.cell, mesh.local_face(face.cell, face.face));
-                    let error = rows
-                        .by_ref()
-                        .map(|r| put.errors[r as usize])
-                        .fold(0.0, f64::max);
+                    let local = mesh.local_face(face.cell, face.face);
+                    let rows = problem.space.face_dofs(face.cell, local);
+                    let error = rows.map(|r| put.errors[r as usize]).fold(0.0, f64::max);
                     let _ = write!(told, "\n{}: residual {}", put.name, size(error));
                 }
-                let _ = write!(
-                    self.svg,
-                    "<path class=\"hv\" d=\"M{a:.1} 4H{b:.1}V{:.0}H{a:.1}z\"><title>{}</title></path>",
-                    self.at,
-                    escape(&told)
-                );
+                let d = format_args!("M{a:.1} 4H{b:.1}V{:.0}H{a:.1}z", self.at);
+                self.svg += &titled("hv", d, &told);
             }
         }
         self.svg = self.svg.replace("{foot}", &format!("{:.0}", self.at + 2.0));

@@ -1,6 +1,6 @@
 //! Numbers as dots on one logarithmic axis, a strip a row of a table. They are HTML, so that they keep their shape.
 
-use super::markup::{Html, division, element, leaf, text};
+use super::markup::{Html, html};
 use crate::text::number::{power_of_ten, size};
 
 /// Decades from end to end, and where the tolerances are.
@@ -32,12 +32,13 @@ impl Axis {
     }
 
     /// Of 0 the left end, of what is not finite the right one.
-    fn percent(&self, value: f64) -> f64 {
+    fn left(&self, value: f64) -> String {
         let decades = match value {
             v if !v.is_finite() => self.high,
             v => v.log10().clamp(self.low, self.high),
         };
-        100.0 * (decades - self.low) / (self.high - self.low)
+        let percent = 100.0 * (decades - self.low) / (self.high - self.low);
+        format!("left:{percent:.1}%")
     }
 
     /// The powers of ten above a column of strips.
@@ -65,38 +66,32 @@ impl Axis {
         let mut all: Vec<i32> = ticks.chain(powers.iter().copied()).collect();
         all.sort_unstable();
         all.dedup();
-        let spans = all.into_iter().map(|power| {
-            let left = format!("left:{:.1}%", self.percent(10f64.powi(power)));
-            let mut attributes = vec![("style", &*left)];
-            attributes.extend(powers.contains(&power).then_some(("class", "b")));
-            leaf("span", &attributes, power_of_ten(power))
-        });
-        element("span", &[("class", "axis"), ("aria-hidden", "true")], spans)
+        html! {
+            span.axis aria-hidden="true" {
+                @for power in all {
+                    span style=(self.left(10f64.powi(power))) class=[powers.contains(&power).then_some("b")] {
+                        (power_of_ten(power))
+                    }
+                }
+            }
+        }
     }
 
     pub fn strip(&self, dots: &[Dot]) -> Html {
-        let line = [leaf("s", &[], "")].into_iter();
-        let tolerances = self.tolerances.iter().map(|tolerance| {
-            let left = format!("left:{:.1}%", self.percent(*tolerance));
-            leaf("u", &[("style", &left)], "")
-        });
-        let dots = dots.iter().map(|dot| {
-            let (left, title) = (format!("left:{:.1}%", self.percent(dot.value)), &*dot.title);
-            let title = format!("{title}: {}", size(dot.value));
-            let mut attributes = vec![("style", &*left), ("title", &*title)];
-            attributes.extend((!dot.class.is_empty()).then_some(("class", dot.class)));
-            leaf("i", &attributes, "")
-        });
-        division("strip", line.chain(tolerances).chain(dots))
+        html! {
+            .strip {
+                s {}
+                @for tolerance in &self.tolerances { u style=(self.left(*tolerance)) {} }
+                @for Dot { value, class, title } in dots {
+                    i style=(self.left(*value)) title={ (title) ": " (size(*value)) }
+                        class=[Some(class).filter(|class| !class.is_empty())] {}
+                }
+            }
+        }
     }
 }
 
 /// Whose the dots are.
 pub(super) fn key<'a>(names: impl Iterator<Item = (&'a str, &'static str)>) -> Html {
-    names
-        .map(|(name, class)| {
-            let dot = leaf("i", &[("class", class)], "");
-            element("span", &[("class", "key")], [dot, text(name)])
-        })
-        .collect()
+    html! { @for (name, class) in names { span.key { i class=(class) {} (name) } } }
 }

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use super::Html;
-use super::markup::{division, escape, figure};
-use super::plane::{NARROWEST, Picture, word};
+use super::markup::{escape, figures};
+use super::plane::{NARROWEST, Picture, ends, line as stroked, path, titled, word};
 use crate::engine::unique;
 use crate::text::Text;
 pub(in crate::report) use scale::Axis;
@@ -156,15 +156,14 @@ impl Cloud {
             |[a, b]: &[f64; 2]| [y.inside(*b), x.inside(*a)].map(|at| (at / grain).round() as i64);
         let seen: BTreeSet<[i64; 2]> = self.points.iter().map(place).collect();
         let seen: Vec<[i64; 2]> = seen.into_iter().collect();
-        let mut path = String::new();
+        let mut dots = String::new();
         for run in seen.chunk_by(|a, b| a[0] == b[0] && b[1] == a[1] + 1) {
             let side = self.side;
             let [y, x] = run[0].map(|at| at as f64 * grain - 0.5 * side);
             let length = (run.len() - 1) as f64 * grain + side;
-            let _ = write!(path, "M{x:.1} {y:.1}h{length:.1}v{side}h-{length:.1}z");
+            let _ = write!(dots, "M{x:.1} {y:.1}h{length:.1}v{side}h-{length:.1}z");
         }
-        let fill = self.fill;
-        format!("<path class=\"{fill}\" opacity=\".55\" d=\"{path}\"/>")
+        path(&format!("{} pale", self.fill), dots)
     }
 }
 
@@ -251,11 +250,7 @@ impl Chart {
         let mut taken = Vec::new();
         for (k, (slope, ends)) in slopes.iter().enumerate() {
             let [from, to] = ends.map(|p| [x.at(p[0]), y.at(p[1])]);
-            let _ = write!(
-                svg,
-                "<path class=\"frame dots\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>",
-                from[0], from[1], to[0], to[1]
-            );
+            svg += &straight("frame dots", from, to);
             let shift = if k + 1 < slopes.len() { -6.0 } else { 14.0 };
             let at = [
                 from[0],
@@ -303,8 +298,7 @@ impl Chart {
 
     /// Each slope with the ends of its line, clear of all points.
     fn slopes(&self, points: Vec<[f64; 2]>, xs: &[f64]) -> Vec<(&Slope, [[f64; 2]; 2])> {
-        let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = xs.iter().fold(ends, |(l, h), x| (l.min(*x), h.max(*x)));
+        let [low, high] = ends(xs.iter().copied());
         let of = |(k, slope): (usize, &Slope)| {
             let factors = points.iter().map(|[x, y]| y / x.powf(slope.power));
             let factor = match k + 1 < self.slopes.len() {
@@ -322,10 +316,8 @@ impl Chart {
         let mut svg = String::new();
         for ends in &self.shades {
             let [from, to] = ends.map(|end| x.at(end));
-            let _ = write!(
-                svg,
-                "<path class=\"holdf\" opacity=\".55\" d=\"M{from:.1} {top:.1}H{to:.1}V{bottom:.1}H{from:.1}z\"/>"
-            );
+            let d = format_args!("M{from:.1} {top:.1}H{to:.1}V{bottom:.1}H{from:.1}z");
+            svg += &path("holdf pale", d);
         }
         // No label touches the one above.
         let ticks = self.y.ticks(y);
@@ -339,10 +331,7 @@ impl Chart {
         let every = (1..=ticks.len().max(1)).find(is_free).unwrap_or(1);
         for (value, label) in ticks.into_iter().step_by(every) {
             let at = y.at(value);
-            let _ = write!(
-                svg,
-                "<path class=\"hair\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
-            );
+            svg += &path("hair", format_args!("M{left:.1} {at:.1}H{right:.1}"));
             if !label.is_empty() {
                 svg += &word("t e", [left - 6.0, at + 3.5], &label);
             }
@@ -359,10 +348,7 @@ impl Chart {
         let every = (1..=ticks.len().max(1)).find(fit).unwrap_or(1);
         for (value, label) in ticks.iter().step_by(every) {
             let at = x.at(*value);
-            let _ = write!(
-                svg,
-                "<path class=\"hair\" d=\"M{at:.1} {top:.1}V{bottom:.1}\"/>"
-            );
+            svg += &path("hair", format_args!("M{at:.1} {top:.1}V{bottom:.1}"));
             svg += &word("t m", [at, bottom + 15.0], label);
         }
         if !self.x.name.is_empty() {
@@ -370,10 +356,7 @@ impl Chart {
         }
         for (value, name) in self.levels.iter().filter(|l| y.at(l.0) <= bottom) {
             let at = y.at(*value);
-            let _ = write!(
-                svg,
-                "<path class=\"frame dash\" d=\"M{left:.1} {at:.1}H{right:.1}\"/>"
-            );
+            svg += &path("frame dash", format_args!("M{left:.1} {at:.1}H{right:.1}"));
             if !name.is_empty() {
                 // Below its line where the title is near.
                 let off = if at < top + LINE { LINE - 2.0 } else { -4.0 };
@@ -381,10 +364,11 @@ impl Chart {
             }
         }
         for (at, why) in &self.gaps {
-            let (at, why) = (x.at(*at), escape(why));
-            let _ = write!(
-                svg,
-                "<g><path class=\"redl dash\" d=\"M{at:.1} {top:.1}V{bottom:.1}\"/><title>{why}</title></g>"
+            let at = x.at(*at);
+            svg += &titled(
+                "redl dash",
+                format_args!("M{at:.1} {top:.1}V{bottom:.1}"),
+                why,
             );
         }
         let mut front = String::new();
@@ -396,7 +380,7 @@ impl Chart {
             };
         }
         if !front.is_empty() {
-            let _ = write!(svg, "<path class=\"ink dots\" d=\"{front}H{right:.1}\"/>");
+            svg += &path("ink dots", format_args!("{front}H{right:.1}"));
         }
         svg
     }
@@ -407,7 +391,7 @@ impl Chart {
         let mut marks = String::new();
         for line in &self.lines {
             let [stroke, fill] = line.colour;
-            let (mut way, mut path) = (Vec::new(), String::new());
+            let (mut way, mut drawn) = (Vec::new(), String::new());
             for point in &line.points {
                 if !(self.x.shows(point.at[0]) && self.y.shows(point.at[1])) {
                     continue;
@@ -418,16 +402,12 @@ impl Chart {
                 } else {
                     'L'
                 };
-                let _ = write!(path, "{step}{:.1} {:.1}", at[0], at[1]);
+                let _ = write!(drawn, "{step}{:.1} {:.1}", at[0], at[1]);
                 way.push(at);
                 if let Some([from, to]) = point.spread.map(|s| s.map(|v| x.at(v)))
                     && to - from > 2.0
                 {
-                    let y = at[1];
-                    let _ = write!(
-                        marks,
-                        "<path class=\"{stroke} thin\" d=\"M{from:.1} {y:.1}H{to:.1}\"/>"
-                    );
+                    marks += &straight(&format!("{stroke} thin"), [from, at[1]], [to, at[1]]);
                 }
                 let class = match point.is_hollow {
                     _ if point.is_bad => RED[1].to_owned(),
@@ -440,11 +420,8 @@ impl Chart {
             }
             let dash = if line.is_dashed { " dash" } else { "" };
             if way.len() > 1 && line.thickness > 0.0 {
-                let _ = write!(
-                    svg,
-                    "<path class=\"{stroke}{dash}\" stroke-width=\"{:.1}\" d=\"{path}\"/>",
-                    1.4 * line.thickness
-                );
+                let width = (14.0 * line.thickness).round() / 10.0;
+                *svg += &stroked(&format!("{stroke}{dash}"), width, drawn);
             }
             paths.push(way);
         }
@@ -515,13 +492,10 @@ impl Chart {
         for Label { line, at, end } in labels {
             let line = &self.lines[*line];
             if (at[1] - 3.5 - end[1]).abs() > 8.0 {
-                let _ = write!(
-                    svg,
-                    "<path class=\"frame thin\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>",
-                    end[0] + 3.0,
-                    end[1],
-                    at[0] - 2.0,
-                    at[1] - 3.5
+                svg += &straight(
+                    "frame thin",
+                    [end[0] + 3.0, end[1]],
+                    [at[0] - 2.0, at[1] - 3.5],
                 );
             }
             let class = if line.colour == RED {
@@ -552,8 +526,7 @@ fn key(charts: &[Chart], top: f64, width: f64) -> (String, f64) {
     if is_both {
         entries.extend(lines().map(|l| {
             let stroke = l.colour[0];
-            let line = format!("<path class=\"{stroke}\" stroke-width=\"2.5\" d=\"M-6 0H8\"/>");
-            (line, l.names[0].clone())
+            (stroked(stroke, 2.5, "M-6 0H8"), l.names[0].clone())
         }));
         entries.extend(lines().map(|l| (mark(l.mark, "inkf", [0.0; 2], ""), l.names[1].clone())));
     } else {
@@ -575,6 +548,11 @@ fn key(charts: &[Chart], top: f64, width: f64) -> (String, f64) {
         x += room;
     }
     (svg, y - top + 12.0)
+}
+
+/// From one place to another.
+fn straight(class: &str, [a, b]: [f64; 2], [c, d]: [f64; 2]) -> String {
+    path(class, format_args!("M{a:.1} {b:.1}L{c:.1} {d:.1}"))
 }
 
 /// A mark at a place, and what it tells where one points at it.
@@ -599,14 +577,10 @@ fn mark(kind: usize, class: &str, [x, y]: [f64; 2], title: &str) -> String {
 /// Charts under what they show, drawn for a wide page and for a narrow one.
 pub(in crate::report) fn chart_figure(caption: &Text, all: &[Chart], widest: f64) -> Html {
     let label = caption.to_string();
-    let [wide, narrow] = [widest, NARROWEST].map(|width| charts(&label, all, width).html());
+    let drawn = [widest, NARROWEST].map(|width| charts(&label, all, width).html());
     match all.iter().all(Chart::is_empty) {
         true => Html::default(),
-        false => figure(
-            "",
-            caption,
-            [division("wide", wide), division("narrow", narrow)],
-        ),
+        false => figures("", caption, drawn),
     }
 }
 

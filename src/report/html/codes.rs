@@ -1,7 +1,7 @@
 //! One row a code, one row a case, and folded every pair and field.
 
 use super::axis::{Axis, Dot, key};
-use super::markup::{Html, element, folded, leaf, prose, text};
+use super::markup::{Html, facts, folded, html};
 use super::pair::{largest, pairs};
 use super::tables::table;
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
@@ -152,7 +152,7 @@ impl<'a> Codes<'a> {
         let mut parts = vec![self.cases(&cases, shown)];
         if !rest.is_empty() {
             let name = format!("{} more cases, nearer to agreement", whole(rest.len()));
-            parts.push(folded(text(name), [self.cases(&rest, shown)]));
+            parts.push(folded(html! { (name) }, self.cases(&rest, shown)));
         }
         parts.into_iter().collect()
     }
@@ -180,7 +180,7 @@ impl<'a> Codes<'a> {
         };
         let name = |case: &CaseOutcome| Cell {
             more: match shown.is_some_and(|s| std::ptr::eq(s, case)) && all.len() > 1 {
-                true => leaf("span", &[("class", "cap")], " shown here"),
+                true => html! { span.cap { " shown here" } },
                 false => Html::default(),
             },
             ..Cell::from(&case.scene)
@@ -313,7 +313,7 @@ pub(in crate::report) fn tried(explanations: &[Explanation], limit: f64) -> Html
         true => sheet(first),
         false => {
             let name = format!("{} more that leave more", rest.len());
-            Html::from([sheet(first), folded(text(name), [sheet(rest)])])
+            Html::from([sheet(first), folded(html! { (name) }, sheet(rest))])
         }
     }
 }
@@ -361,8 +361,7 @@ pub(in crate::report) fn posed(case: &CaseOutcome) -> Html {
         ("stopping rule".into(), stop),
         ("start".into(), text!("u = 0, and g on Γ_D")),
     ]);
-    let heading = leaf("h3", &[], format!("Provenance, {}", case.label()));
-    Html::from([heading, super::markup::facts(&known)])
+    html! { h3 { "Provenance, " (case.label()) } (facts(&known)) }
 }
 
 /// The tolerances of the methods of a run.
@@ -376,11 +375,7 @@ pub(in crate::report) fn tolerances(outcome: &VerifyOutcome) -> String {
 }
 
 /// A heading, and what follows is about.
-pub(super) fn heading(level: &str, words: impl Into<Text>, about: impl Into<Text>) -> Html {
+pub(super) fn heading(words: impl Into<Text>, about: impl Into<Text>) -> Html {
     let about = about.into();
-    let about = match about.is_empty() {
-        true => Html::default(),
-        false => element("p", &[], prose(about)),
-    };
-    Html::from([element(level, &[], prose(words)), about])
+    html! { h2 { (words.into()) } @if !about.is_empty() { p { (about) } } }
 }

@@ -3,8 +3,9 @@
 use super::Html;
 use super::axis::{Axis, Dot};
 use super::codes::worst_of;
-use super::markup::{division, figure};
-use super::plane::{Layers, View, WIDTH, circle, drawing};
+use super::in_thirds;
+use super::markup::html;
+use super::plane::{Layers, Shades, View, circle, flat, map, mean};
 use super::ramp::Ramp;
 use super::residual::corners;
 use super::source::{Triangle, entering};
@@ -14,12 +15,11 @@ use crate::text::number::{number, place, size, trimmed, whole};
 use crate::text::text;
 use faceoff_judge::{ComparedField, Comparison, Differences, FieldVerdict, On};
 use faceoff_mesh::field::{ResultField, Results};
-use faceoff_mesh::mesh::Shape;
+use faceoff_mesh::mesh::{CellKind, Shape};
 
 /// Of more shapes a map has squares.
 const MOST: usize = 12_000;
 const HIGHEST: f64 = 384.0;
-const SHADES: f64 = 16.0;
 /// What sums of rounded terms leave.
 const ROUNDING: f64 = 1e-12;
 
@@ -146,42 +146,26 @@ impl<'a> Compared<'a> {
 
     /// The corners of a cell, their points and where their values stand; around each corner its part of the cell.
     fn shapes(&self) -> Vec<(usize, Vec<[f64; 2]>)> {
-        let flat = |p: u32| self.a.points.get(p as usize).map(|p| [p[0], p[1]]);
-        let middle = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| 0.5 * (p[k] + q[k]));
+        let place = |p: u32| self.a.points.get(p as usize).map(|p| flat(*p));
         let mut shapes = Vec::new();
         if self.count() == 0 && self.on == On::Points {
-            let points =
-                (0..self.a.points.len() as u32).filter_map(|p| Some((p as usize, vec![flat(p)?])));
-            return points.collect();
+            let points = self.a.points.iter().map(|p| vec![flat(*p)]);
+            return points.enumerate().collect();
         }
         let (mut cell, mut corner) = (0, 0);
         for &(kind, count) in &self.a.kinds {
             for _ in 0..count {
                 let points: Vec<u32> = self.a.cell(cell).collect();
                 let corners = kind.corners().min(points.len());
-                let places: Option<Vec<[f64; 2]>> =
-                    points[..corners].iter().map(|p| flat(*p)).collect();
-                if let Some(places) = places {
-                    let sum = places
-                        .iter()
-                        .fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
-                    let centre = sum.map(|x| x / places.len().max(1) as f64);
+                let places = points[..corners].iter().map(|p| place(*p));
+                if let Some(places) = places.collect::<Option<Vec<_>>>() {
+                    let value = |k: usize| match self.on {
+                        On::Corners => corner + k,
+                        _ => points[k] as usize,
+                    };
                     match self.on {
                         On::Cells | On::Functions => shapes.push((cell, places)),
-                        _ => {
-                            for k in 0..corners {
-                                let [before, next] =
-                                    [k + corners - 1, k + 1].map(|j| places[j % corners]);
-                                let p = places[k];
-                                let part = vec![p, middle(p, next), centre, middle(p, before)];
-                                let value = if self.on == On::Corners {
-                                    corner + k
-                                } else {
-                                    points[k] as usize
-                                };
-                                shapes.push((value, part));
-                            }
-                        }
+                        _ => shapes.extend((0..corners).map(|k| (value(k), part(&places, k)))),
                     }
                 }
                 corner += kind.points();
@@ -191,7 +175,14 @@ impl<'a> Compared<'a> {
         shapes
     }
 
-    fn map(&self, layers: &mut Layers, view: &View, colour: impl Fn(usize) -> Option<usize>) {
+    /// Each shape in its colour; lines are as thick as there is room.
+    fn painted(
+        &self,
+        class: &'static str,
+        view: &View,
+        colour: impl Fn(usize) -> Option<usize>,
+    ) -> String {
+        let mut layers = Layers::new(class);
         let shapes = self.shapes();
         let coloured = shapes
             .iter()
@@ -201,10 +192,6 @@ impl<'a> Compared<'a> {
         } else {
             layers.add_spots(view, coloured.map(|(shape, colour)| (shape[0], colour)));
         }
-    }
-
-    /// Lines are as thick as there is room.
-    fn drawn(&self, layers: &Layers) -> String {
         let svg = layers.svg(true);
         let is_lines = self.count() > 0 && self.a.kinds.iter().all(|(kind, _)| kind.dim() == 1);
         match is_lines {
@@ -222,45 +209,34 @@ impl<'a> Compared<'a> {
             && self.a.points.iter().all(|p| p[2] == self.a.points[0][2])
     }
 
-    fn view(&self) -> View {
-        View::of(self.a.points.iter().map(|p| [p[0], p[1]]), HIGHEST)
-    }
-
     /// Where the difference enters; none where there are other cells than triangles with a value at each corner.
     fn entering(&self, view: &View) -> Option<Html> {
         let kinds = &self.a.kinds;
-        let is_triangles = !kinds.is_empty()
-            && kinds
-                .iter()
-                .all(|(kind, _)| kind.shape() == Shape::Triangle && kind.points() == 3);
-        if !is_triangles
+        let is_triangle = |kind: CellKind| kind.shape() == Shape::Triangle && kind.points() == 3;
+        let has_corners = matches!(self.on, On::Points | On::Corners) && self.components == 1;
+        if kinds.is_empty()
+            || !kinds.iter().all(|(kind, _)| is_triangle(*kind))
             || !self.is_flat()
-            || matches!(self.on, On::Cells | On::Functions)
-            || self.components != 1
+            || !has_corners
             || self.of.field.max_abs == 0.0
         {
             return None;
         }
         let value = |k: usize| {
-            Some((
-                self.values.get(k).copied().flatten()?,
-                *self.differences.get(k)?,
-            ))
+            let difference = *self.differences.get(k)?;
+            Some((self.values.get(k).copied().flatten()?, difference))
         };
         let triangles = (0..self.count()).map(|cell| {
             let nodes: Vec<u32> = self.a.cell(cell).take(3).collect();
             let [p, q, r] = *nodes.as_slice() else {
                 return None;
             };
-            let at = |k: usize| {
-                value(if self.on == On::Corners {
-                    3 * cell + k
-                } else {
-                    nodes[k] as usize
-                })
+            let at = |k: usize| match self.on {
+                On::Corners => value(3 * cell + k),
+                _ => value(nodes[k] as usize),
             };
             let of = [at(0)?, at(1)?, at(2)?];
-            let point = |p: u32| self.a.points.get(p as usize).map(|p| [p[0], p[1]]);
+            let point = |p: u32| self.a.points.get(p as usize).map(|p| flat(*p));
             Some(Triangle {
                 points: [point(p)?, point(q)?, point(r)?],
                 a: of.map(|v| v.0),
@@ -269,45 +245,27 @@ impl<'a> Compared<'a> {
         });
         let triangles: Vec<Triangle> = triangles.collect::<Option<_>>()?;
         // Cells with points of their own may jump.
-        let mut places: Vec<[u64; 3]> = self
-            .a
-            .points
-            .iter()
-            .map(|p| p.map(|x| (x + 0.0).to_bits()))
-            .collect();
+        let bits = |p: &[f64; 3]| p.map(|x| (x + 0.0).to_bits());
+        let mut places: Vec<[u64; 3]> = self.a.points.iter().map(bits).collect();
         places.sort_unstable();
         let is_broken = self.on == On::Corners || places.windows(2).any(|p| p[0] == p[1]);
         let all = entering(&triangles, is_broken);
-        let largest = all
-            .iter()
-            .map(|(_, enters)| *enters)
-            .filter(|e| e.is_finite())
-            .fold(0.0, f64::max);
-        let ramp = Ramp::new(ROUNDING, largest);
+        let ramp = Ramp::over(ROUNDING, all.iter().map(|(_, enters)| *enters));
         let mut layers = Layers::new("k");
-        if all.len() <= MOST {
-            all.iter()
-                .for_each(|(shape, enters)| layers.add(ramp.step(*enters), view, shape));
-        } else {
-            layers.add_spots(
-                view,
-                all.iter()
-                    .map(|(shape, enters)| (shape[0], ramp.step(*enters))),
-            );
-        }
-        let most = all
+        let coloured = all
             .iter()
-            .filter(|(_, e)| e.is_finite())
-            .max_by(|a, b| a.1.total_cmp(&b.1));
+            .map(|(shape, enters)| (shape, ramp.step(*enters)));
+        match all.len() <= MOST {
+            true => coloured.for_each(|(shape, colour)| layers.add(colour, view, shape)),
+            false => layers.add_spots(view, coloured.map(|(shape, colour)| (shape[0], colour))),
+        }
+        let finite = all.iter().filter(|(_, enters)| enters.is_finite());
+        let most = finite.max_by(|a, b| a.1.total_cmp(&b.1));
         let mut svg = layers.svg(true);
         let mut at = String::new();
         if let Some((shape, _)) = most {
-            let ends = if is_broken {
-                [shape[0], shape[2]]
-            } else {
-                [shape[0], shape[0]]
-            };
-            let middle = [0, 1].map(|k| 0.5 * (ends[0][k] + ends[1][k]));
+            let last = if is_broken { shape[2] } else { shape[0] };
+            let middle = mean(&[shape[0], last]);
             svg += &circle(view.pixel(middle), 9.0);
             at = format!("; most at {}", place(&middle));
         }
@@ -319,18 +277,12 @@ impl<'a> Compared<'a> {
             at
         );
         let label = format!("where the difference of {} enters", self.of.field.field);
-        Some(figure(
-            "",
-            caption,
-            [drawing(&label, [WIDTH, view.height + 14.0], &svg)],
-        ))
+        Some(map(caption, &label, view.height + 14.0, &svg))
     }
 
     fn scale(&self) -> f64 {
-        self.of
-            .scale
-            .filter(|s| *s > 0.0 && s.is_finite())
-            .unwrap_or(1.0)
+        let scale = self.of.scale.filter(|s| *s > 0.0 && s.is_finite());
+        scale.unwrap_or(1.0)
     }
 
     fn name(&self) -> String {
@@ -371,31 +323,21 @@ impl<'a> Compared<'a> {
 
     /// |a - b|, and beside it a and b.
     pub fn figures(&self) -> Html {
-        let name = &self.name();
-        let view = self.view();
-        let tolerance = if self.of.field.tolerance > 0.0 {
-            self.of.field.tolerance
-        } else {
-            f64::EPSILON
+        let (name, field) = (&self.name(), &self.of.field);
+        let view = View::of_points(&self.a.points, HIGHEST);
+        let tolerance = match field.tolerance > 0.0 {
+            true => field.tolerance,
+            false => f64::EPSILON,
         };
-        let ramp = Ramp::new(tolerance, self.of.field.max_rel);
-        let mut layers = Layers::new("k");
-        self.map(&mut layers, &view, |k| {
-            self.relative(k).map(|relative| ramp.step(relative))
-        });
-        let mut svg = self.drawn(&layers);
-        if let Some(at) = self
-            .of
-            .field
-            .worst
-            .as_ref()
-            .filter(|w| w.midpoint.len() >= 2 && self.of.field.max_abs != 0.0)
-        {
-            svg += &circle(view.pixel([at.midpoint[0], at.midpoint[1]]), 9.0);
+        let ramp = Ramp::new(tolerance, field.max_rel);
+        let colour = |k: usize| self.relative(k).map(|relative| ramp.step(relative));
+        let mut svg = self.painted("k", &view, colour);
+        let worst = field.worst.as_ref().filter(|_| field.max_abs != 0.0);
+        if let Some([x, y, ..]) = worst.map(|worst| &worst.midpoint[..]) {
+            svg += &circle(view.pixel([*x, *y]), 9.0);
         }
-        let y = view.height + 13.0;
-        let of = |x: f64| trimmed(&number(x, 3));
         svg += &corners(&view);
+        let of = |x: f64| trimmed(&number(x, 3));
         let (largest, mean) = match self.on {
             On::Functions => (
                 ", the largest on each cell of a,",
@@ -409,69 +351,42 @@ impl<'a> Compared<'a> {
             largest,
             size(self.scale())
         );
-        let difference = figure(
-            "",
-            caption,
-            [drawing(
-                &format!("map of differences of {name}"),
-                [WIDTH, y],
-                &svg,
-            )],
-        );
-        let finite = self
-            .values
-            .iter()
-            .chain(&self.of_b)
-            .flatten()
-            .filter(|v| v.is_finite());
-        let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-            (l.min(*v), h.max(*v))
-        });
+        let label = format!("map of differences of {name}");
+        let difference = map(caption, &label, view.height + 13.0, &svg);
+        let values = self.values.iter().chain(&self.of_b).flatten();
+        let shades = Shades::of(values.copied());
         let side = |letter: &str, values: &[Option<f64>]| {
-            let mut layers = Layers::new("g");
-            let shade = |v: f64| {
-                ((v - low) / (high - low).max(f64::MIN_POSITIVE) * SHADES).clamp(0.0, SHADES - 1.0)
-                    as usize
-            };
-            self.map(&mut layers, &view, |k| {
-                values
-                    .get(k)
-                    .copied()
-                    .flatten()
-                    .filter(|v| v.is_finite())
-                    .map(shade)
-            });
-            let picture = drawing(
-                &format!("{name} of {letter}"),
-                [WIDTH, view.height],
-                &self.drawn(&layers),
+            let value = |k: usize| values.get(k).copied().flatten();
+            let finite = |k: usize| value(k).filter(|v| v.is_finite());
+            let svg = self.painted("g", &view, |k| finite(k).map(|v| shades.step(v)));
+            let caption = text!(
+                "**{} of {}**{}, {} dark, {} pale",
+                name,
+                letter,
+                mean,
+                of(shades.low),
+                of(shades.high)
             );
-            figure(
-                "",
-                text!(
-                    "**{} of {}**{}, {} dark, {} pale",
-                    name,
-                    letter,
-                    mean,
-                    of(low),
-                    of(high)
-                ),
-                [picture],
-            )
+            map(caption, &format!("{name} of {letter}"), view.height, &svg)
         };
         let bar = self.histogram(&ramp);
-        let sides = [side("a", &self.values), side("b", &self.of_b)];
-        if self.of.field.verdict.passes() {
-            let [a, b] = sides;
-            let parts = [Html::from([difference, bar]), a, b];
-            return division("grid", parts.map(|part| division("c4 half", part)));
+        let [a, b] = [side("a", &self.values), side("b", &self.of_b)];
+        if field.verdict.passes() {
+            return in_thirds([Html::from([difference, bar]), a, b]);
         }
-        let both = division("two", sides);
+        let both = html! { .two { (a) (b) } };
         match self.entering(&view) {
-            Some(source) => Html::from([division("two", [difference, source]), bar, both]),
-            None => division("two", [difference, division("", [both, bar])]),
+            Some(source) => html! { .two { (difference) (source) } (bar) (both) },
+            None => html! { .two { (difference) div { (both) (bar) } } },
         }
     }
+}
+
+/// The part of a cell around one of its corners.
+fn part(places: &[[f64; 2]], k: usize) -> Vec<[f64; 2]> {
+    let n = places.len();
+    let [before, own, next] = [k + n - 1, k, k + 1].map(|j| places[j % n]);
+    vec![own, mean(&[own, next]), mean(places), mean(&[own, before])]
 }
 
 /// The component of each value that is largest.

@@ -55,5 +55,5 @@ pub(in crate::report) fn newton(
         ..Chart::default()
     };
     let picture = charts("iterations: increment by step", &[chart], 384.0);
-    figure("", caption, [picture.html()])
+    figure("", caption, picture.html())
 }

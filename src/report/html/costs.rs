@@ -1,7 +1,7 @@
 //! What an accuracy costs with each code.
 
 use super::Html;
-use super::markup::leaf;
+use super::markup::html;
 use super::tables::table;
 use crate::campaigns::study::{Advice, Alternative, Norm, duration};
 use crate::engine::unique;
@@ -38,7 +38,7 @@ pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
             };
             let memory = way.memory_mb.map(|mb| format!(", {mb:.0} MB"));
             Cell {
-                more: leaf("small", &[], way.setting() + within(way)),
+                more: html! { small { (way.setting()) (within(way)) } },
                 ..Cell::number(way.seconds, time.and(memory))
             }
         }));

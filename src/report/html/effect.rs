@@ -4,9 +4,9 @@ use super::Html;
 use super::chart::{Axis, Chart, Cloud, charts};
 use super::markup::figure;
 use super::panels::LEAST;
-use super::plane::{Layers, WIDTH, circle, drawing, ticks};
+use super::plane::{Layers, View, WIDTH, circle, flat, map, ticks};
 use super::ramp::Ramp;
-use super::residual::{corners, outline, window};
+use super::residual::{corners, kite, outline};
 use super::surface::Surface;
 use crate::text::number::{number, trimmed};
 use crate::text::text;
@@ -28,26 +28,17 @@ impl Effect<'_> {
     /// The map; in space that of Γ_C.
     pub fn map(&self, about: &str) -> Html {
         let mesh = self.problem.space.mesh;
-        let largest = self
-            .values
-            .iter()
-            .map(|(_, d)| *d)
-            .filter(|d| d.is_finite())
-            .fold(0.0, f64::max);
-        let ramp = Ramp::new(self.tolerance, largest);
+        let ramp = Ramp::over(self.tolerance, self.values.iter().map(|(_, d)| *d));
         let label = format!("map of differences, {about}");
+        let colours = self.values.iter();
+        let colours = colours.map(|(face, d)| (*face as usize, ramp.step(*d)));
         let worst = self.values.iter().filter(|(_, d)| !(*d <= self.tolerance));
-        let worst = worst
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(face, _)| *face as usize);
+        let worst = worst.max_by(|a, b| a.1.total_cmp(&b.1));
+        let worst = worst.map(|(face, _)| *face as usize);
         if mesh.dim == 3 {
             let contact: Vec<usize> = self.problem.contact.iter().map(|f| f.face).collect();
-            let on_contact = self
-                .values
-                .iter()
-                .filter(|(face, _)| contact.binary_search(&(*face as usize)).is_ok());
-            let faces: Vec<(usize, usize)> = on_contact
-                .map(|(face, d)| (*face as usize, ramp.step(*d)))
+            let faces: Vec<(usize, usize)> = colours
+                .filter(|(face, _)| contact.binary_search(face).is_ok())
                 .collect();
             let surface = Surface::new(mesh, &contact);
             let caption = text!(
@@ -56,41 +47,24 @@ impl Effect<'_> {
                 surface.words()
             );
             let worst = worst.filter(|face| contact.contains(face));
-            return figure("", caption, [surface.picture(&label, &faces, &[], worst)]);
+            return figure("", caption, surface.picture(&label, &faces, &[], worst));
         }
-        let view = window(self.problem, HIGHEST);
+        let view = View::of_points(&mesh.points, HIGHEST);
         let mut layers = Layers::new("k");
-        if self.values.len() <= MOST {
-            let at = |v: u32| [0, 1].map(|k| mesh.points[v as usize][k]);
-            let centroid = |cell: u32| {
-                let of = mesh.cell(cell as usize).iter().map(|v| at(*v));
-                of.fold([0.0; 2], |s, p| [s[0] + p[0] / 3.0, s[1] + p[1] / 3.0])
-            };
-            for (face, difference) in self.values {
-                let (ends, [one, other]) =
-                    (mesh.face(*face as usize), mesh.face_cells(*face as usize));
-                let mut kite = vec![at(ends[0]), centroid(one), at(ends[1])];
-                kite.extend((!mesh.is_boundary(*face as usize)).then(|| centroid(other)));
-                layers.add(ramp.step(*difference), &view, &kite);
-            }
-        } else {
-            let points = self.values.iter().map(|(face, d)| {
-                let [x, y, _] = mesh.face_midpoint(*face as usize);
-                ([x, y], ramp.step(*d))
-            });
-            layers.add_squares(&view, points);
-        }
+        layers.fill(
+            &view,
+            self.values.len() <= MOST,
+            colours
+                .clone()
+                .map(|(face, colour)| (kite(mesh, face, 0.0), colour)),
+            colours.map(|(face, colour)| (flat(mesh.face_midpoint(face)), colour)),
+        );
         let mut svg = layers.svg(true) + &outline(self.problem, &view, 2.5) + &corners(&view);
-        let worst = worst
-            .map(|face| mesh.face_midpoint(face))
-            .map(|p| view.pixel([p[0], p[1]]));
-        svg += &worst.map_or(String::new(), |at| circle(at, 8.0));
+        if let Some(face) = worst {
+            svg += &circle(view.pixel(flat(mesh.face_midpoint(face))), 8.0);
+        }
         let caption = text!("**The effect.** |{}| of the face means", &self.name);
-        figure(
-            "",
-            caption,
-            [drawing(&label, [WIDTH, view.height + 14.0], &svg)],
-        )
+        map(caption, &label, view.height + 14.0, &svg)
     }
 
     /// Every face by its distance from a place.
@@ -100,12 +74,8 @@ impl Effect<'_> {
             let p = mesh.face_midpoint(face as usize);
             (0..3).map(|k| (p[k] - from[k]).powi(2)).sum::<f64>().sqrt()
         };
-        let most = self
-            .values
-            .iter()
-            .map(|(face, _)| far(*face))
-            .fold(0.0, f64::max)
-            .max(f64::MIN_POSITIVE);
+        let most = self.values.iter().map(|(face, _)| far(*face));
+        let most = most.fold(f64::MIN_POSITIVE, f64::max);
         let cloud = |fill, values: &[(u32, f64)]| {
             let finite = values.iter().filter(|(_, d)| *d > 0.0 && d.is_finite());
             let at = |(face, d): &(u32, f64)| [far(*face), d.max(LEAST)];
@@ -136,6 +106,6 @@ impl Effect<'_> {
             below
         );
         let picture = charts("differences by distance", &[chart], WIDTH);
-        figure("", caption, [picture.html()])
+        figure("", caption, picture.html())
     }
 }

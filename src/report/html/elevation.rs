@@ -1,12 +1,8 @@
 //! A function on the unit square as a surface, seen from the front and from above.
 
-use std::fmt::Write as _;
-
-use super::plane::{Picture, word};
+use super::plane::{Picture, Shades, path, word};
 use crate::text::number::{number, trimmed};
 
-/// Shades, the darkest first, as the style has them.
-const SHADES: f64 = 16.0;
 /// By how much the square is turned, and from how high it is seen.
 const TURN: f64 = 0.62;
 const TILT: f64 = 0.42;
@@ -41,7 +37,7 @@ impl View {
 
     fn line(&self, class: &str, ends: [([f64; 2], f64); 2]) -> String {
         let [[a, b], [c, d]] = ends.map(|(p, u)| self.at(p, u));
-        format!("<path class=\"{class}\" d=\"M{a:.1} {b:.1}L{c:.1} {d:.1}\"/>")
+        path(class, format_args!("M{a:.1} {b:.1}L{c:.1} {d:.1}"))
     }
 }
 
@@ -82,12 +78,9 @@ pub(in crate::report) fn elevation(
         svg += &view.line("hair", [([t, 0.0], low), ([t, 1.0], low)]);
         svg += &view.line("hair", [([0.0, t], low), ([1.0, t], low)]);
         let name = trimmed(&number(t, 2));
-        let named = |axis: &str| {
-            if k == 2 {
-                format!("{axis} = {name}")
-            } else {
-                name.clone()
-            }
+        let named = |axis: &str| match k {
+            2 => format!("{axis} = {name}"),
+            _ => name.clone(),
         };
         let [right, back] = [view.at([t, 0.0], low), view.at([1.0, t], low)];
         // The corners belong to both axes.
@@ -97,12 +90,8 @@ pub(in crate::report) fn elevation(
         }
     }
     let mut heights_told = vec![(low, ""), (high, "u = ")];
-    if [low, high]
-        .iter()
-        .all(|end| end.abs() > 0.06 * (high - low))
-    {
-        heights_told.push((0.0, ""));
-    }
+    let is_far = |end: &f64| end.abs() > 0.06 * (high - low);
+    heights_told.extend([low, high].iter().all(is_far).then_some((0.0, "")));
     for (u, name) in heights_told {
         let [x, y] = view.at([0.0; 2], u);
         let told = format!("{name}{}", trimmed(&number(u, 2)));
@@ -121,15 +110,14 @@ pub(in crate::report) fn elevation(
     }
     // The far ones first; what is nearer covers them.
     tiles.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let shades = Shades { low, high };
     for (_, mean, corners) in tiles.iter().filter(|tile| tile.1.is_finite()) {
-        let share = (mean - low) / (high - low).max(f64::MIN_POSITIVE);
-        let shade = (share * SHADES).clamp(0.0, SHADES - 1.0) as usize;
         let [a, b, c, d] = corners.map(|(p, u)| view.at(p, u));
-        let _ = write!(
-            svg,
-            "<path class=\"f tile g{shade}\" d=\"M{:.1} {:.1}L{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}z\"/>",
+        let d = format_args!(
+            "M{:.1} {:.1}L{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}z",
             a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]
         );
+        svg += &path(&format!("f tile g{}", shades.step(*mean)), d);
     }
     for [a, b] in marked {
         let ends = [([*a, 0.0], 0.0), ([*b, 0.0], 0.0)];

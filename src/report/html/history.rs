@@ -1,6 +1,6 @@
 //! What releases were, run by run: a row of signs each, which do not rely on their colours.
 
-use super::markup::{Html, leaf, text};
+use super::markup::{Html, html};
 use super::tables::table;
 use crate::campaigns::matrix::verdict;
 use crate::engine::unique;
@@ -37,7 +37,7 @@ pub(in crate::report) fn history(past: &[Past]) -> Html {
 /// One run of one release.
 fn sign(run: &Past, name: &str) -> Html {
     let Some(release) = run.releases.iter().find(|of| of.name == name) else {
-        return text("\u{2007}");
+        return html! { "\u{2007}" };
     };
     let (sign, class) = match verdict(run.cells.iter().filter(|cell| cell.release == name)) {
         Verdict::Agree | Verdict::Conditioned => ("●", "good"),
@@ -46,5 +46,5 @@ fn sign(run: &Past, name: &str) -> Html {
     };
     let version = release.version.as_deref().unwrap_or("not there");
     let about = format!("{}: {version}, faceoff {}", run.date, run.faceoff);
-    leaf("span", &[("class", class), ("title", &about)], sign)
+    html! { span class=(class) title=(about) { (sign) } }
 }

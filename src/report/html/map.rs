@@ -1,7 +1,7 @@
 //! A table of words on coloured ground: rows in families, columns by code and method.
 
 use super::Html;
-use super::markup::{element, leaf, prose, text};
+use super::markup::html;
 use crate::text::Text;
 
 /// What became of trials, for those who look for where something goes wrong.
@@ -29,73 +29,52 @@ pub(in crate::report) struct Spot {
 
 impl Map {
     pub fn html(&self) -> Html {
-        let span = |count: usize| count.to_string();
-        let codes = self.head.iter().map(|(code, methods)| {
-            let span = span(methods.len());
-            leaf(
-                "th",
-                &[
-                    ("colspan", &*span),
-                    ("scope", "colgroup"),
-                    ("class", "code"),
-                ],
-                code,
-            )
-        });
-        let blank = element("td", &[("colspan", "2")], Html::default());
-        let codes = element("tr", &[], [blank].into_iter().chain(codes));
-        let head = |name: &str, class| leaf("th", &[("scope", "col"), ("class", class)], name);
-        let named = self.of.map(|name| head(name, ""));
-        let methods = self.head.iter().flat_map(|(_, methods)| {
-            let class = |k| if k == 0 { "code" } else { "" };
-            methods
-                .iter()
-                .enumerate()
-                .map(move |(k, m)| head(m, class(k)))
-        });
-        let names = element("tr", &[], named.into_iter().chain(methods));
-        let bodies = self.families.iter().map(|(family, rows)| {
-            let span = span(rows.len());
-            let lines = rows.iter().enumerate().map(|(k, (value, spots))| {
-                let family = (k == 0)
-                    .then(|| leaf("th", &[("rowspan", &*span), ("scope", "rowgroup")], family));
-                let value = element("th", &[("scope", "row")], prose(value));
-                let spots = spots.iter().map(|spot| match spot {
-                    Some(Spot { word, class, title }) => {
-                        leaf("td", &[("class", class), ("title", title)], word)
-                    }
-                    None => element("td", &[], Html::default()),
-                });
-                element("tr", &[], family.into_iter().chain([value]).chain(spots))
-            });
-            element("tbody", &[], lines)
-        });
-        let bodies: Html = bodies.collect();
-        let legend = self.legend.iter().map(|(class, words)| {
-            let ground = element("i", &[("class", class)], Html::default());
-            element("span", &[("class", "key")], [ground, text(words)])
-        });
-        let legend = element("p", &[("class", "cap")], legend);
-        let head = element("thead", &[], [codes, names]);
         // A caption in the table would be as wide as that.
-        let caption = element(
-            "p",
-            &[("class", "cap"), ("id", "map")],
-            prose(&self.caption),
-        );
-        let about = [("class", "heat"), ("aria-labelledby", "map")];
-        let table = element("table", &about, [head, bodies]);
-        Html::from([
-            caption,
-            legend,
-            element("div", &[("class", "scroll")], table),
-        ])
+        html! {
+            p.cap #map { (self.caption) }
+            p.cap { @for (class, words) in &self.legend { span.key { i class=(class) {} (words) } } }
+            .scroll {
+                table.heat aria-labelledby="map" {
+                    thead {
+                        tr {
+                            td colspan="2" {}
+                            @for (code, methods) in &self.head {
+                                th.code colspan=(methods.len()) scope="colgroup" { (code) }
+                            }
+                        }
+                        tr {
+                            @for name in self.of { th scope="col" { (name) } }
+                            @for (k, method) in self.head.iter().flat_map(|(_, of)| of.iter().enumerate()) {
+                                th scope="col" class=[(k == 0).then_some("code")] { (method) }
+                            }
+                        }
+                    }
+                    @for (family, rows) in &self.families {
+                        tbody {
+                            @for (k, (value, spots)) in rows.iter().enumerate() {
+                                tr {
+                                    @if k == 0 { th rowspan=(rows.len()) scope="rowgroup" { (family) } }
+                                    th scope="row" { (value) }
+                                    @for spot in spots {
+                                        @match spot {
+                                            Some(Spot { word, class, title }) => td class=(class) title=(title) { (word) },
+                                            None => td {},
+                                        }
+                                    }
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::html::markup::visible;
 
     #[test]
     fn names_cannot_become_markup_and_columns_are_as_many_as_methods() {
@@ -117,8 +96,7 @@ mod tests {
             families: vec![(evil(), vec![(evil().into(), vec![spot(), None, spot()])])],
             legend: vec![("w1", "worse")],
         };
-        let html = map.html();
-        let html = html.as_str();
+        let html = visible(map.html().as_str());
         assert!(
             !html.contains("<script") && !html.contains('\u{202e}'),
             "{html}"

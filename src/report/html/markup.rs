@@ -1,35 +1,33 @@
-//! HTML from small functions: what is text is escaped, whatever it holds, and nothing else gets into the page.
+//! HTML from templates: what is text is escaped, whatever it holds, and nothing else gets into the page.
 
-use std::fmt::Write as _;
+use maud::Render;
 
 use crate::report::console::misleads;
 use crate::text::{Piece, Span, Text};
 
-/// A piece of a page. Its only ways in are [`text`], [`element`] and [`raw`].
+/// A piece of a page. Its only ways in are [`html!`] and [`raw`].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Html(String);
+
+/// A piece from a template of maud.
+macro_rules! html {
+    ($($body:tt)*) => { $crate::report::html::markup::raw(maud::html! { $($body)* }.into_string()) };
+}
+pub(in crate::report) use html;
 
 impl Html {
     pub fn as_str(&self) -> &str {
         &self.0
     }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
 }
 
 impl FromIterator<Html> for Html {
     fn from_iter<I: IntoIterator<Item = Html>>(pieces: I) -> Self {
-        let mut all = String::new();
-        pieces.into_iter().for_each(|piece| all.push_str(&piece.0));
-        Html(all)
-    }
-}
-
-/// A piece is all that there is of it.
-impl IntoIterator for Html {
-    type Item = Html;
-    type IntoIter = std::iter::Once<Html>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        std::iter::once(self)
+        Html(pieces.into_iter().map(|piece| piece.0).collect())
     }
 }
 
@@ -39,13 +37,17 @@ impl<const N: usize> From<[Html; N]> for Html {
     }
 }
 
-pub(super) fn text(text: impl AsRef<str>) -> Html {
-    Html(escape(text.as_ref()))
+impl Render for Html {
+    fn render_to(&self, html: &mut String) {
+        html.push_str(&self.0);
+    }
 }
 
 /// A sentence: what stands out bold, what one would type as code, numbers as people write them.
-pub(super) fn prose(words: impl Into<Text>) -> Html {
-    emphasised(&words.into(), "b")
+impl Render for Text {
+    fn render_to(&self, html: &mut String) {
+        html.push_str(&emphasised(self, "b").0);
+    }
 }
 
 /// The same with what stands out in an element of this kind.
@@ -54,7 +56,7 @@ pub(super) fn emphasised(words: &Text, tag: &str) -> Html {
     let run = |run: &[Span]| {
         let inner: Html = run.iter().map(|span| shown(&span.piece)).collect();
         match run[0].is_strong {
-            true => element(tag, &[], inner),
+            true => raw(format!("<{tag}>{}</{tag}>", inner.0)),
             false => inner,
         }
     };
@@ -63,11 +65,11 @@ pub(super) fn emphasised(words: &Text, tag: &str) -> Html {
 
 fn shown(piece: &Piece) -> Html {
     match piece {
-        Piece::Words(words) => text(words),
-        Piece::Code(words) => leaf("code", &[], words),
-        Piece::Boundary(letter) => Html::from([text("Γ"), leaf("sub", &[], letter.to_string())]),
-        Piece::Number(number) => text(number.told()),
-        Piece::Link(to, words) => leaf("a", &[("href", to)], words),
+        Piece::Words(words) => html! { (words) },
+        Piece::Code(words) => html! { code { (words) } },
+        Piece::Boundary(letter) => html! { "Γ" sub { (letter) } },
+        Piece::Number(number) => html! { (number.told()) },
+        Piece::Link(to, words) => html! { a href=(to) { (words) } },
     }
 }
 
@@ -76,71 +78,43 @@ pub(super) fn raw(html: impl Into<String>) -> Html {
     Html(html.into())
 }
 
-pub(super) fn element(
-    tag: &str,
-    attributes: &[(&str, &str)],
-    inner: impl IntoIterator<Item = Html>,
-) -> Html {
-    let mut html = format!("<{tag}");
-    for (name, value) in attributes {
-        let _ = write!(html, " {name}=\"{}\"", escape(value));
-    }
-    let _ = write!(html, ">{}</{tag}>", inner.into_iter().collect::<Html>().0);
-    Html(html)
-}
-
-/// An element that holds only text.
-pub(super) fn leaf(tag: &str, attributes: &[(&str, &str)], inner: impl AsRef<str>) -> Html {
-    element(tag, attributes, text(inner))
-}
-
 /// Names and what they are.
-pub(super) fn facts(facts: &[(Text, Text)]) -> Html {
-    let of = |(name, fact): &(Text, Text)| {
-        [
-            element("dt", &[], prose(name)),
-            element("dd", &[], prose(fact)),
-        ]
-    };
-    element("dl", &[], facts.iter().flat_map(of))
+pub(in crate::report) fn facts(facts: &[(Text, Text)]) -> Html {
+    html! { dl { @for (name, fact) in facts { dt { (name) } dd { (fact) } } } }
 }
 
 /// A picture under what it shows in words, of which what stands out comes first.
-pub(super) fn figure(
-    class: &str,
-    caption: impl Into<Text>,
-    pictures: impl IntoIterator<Item = Html>,
-) -> Html {
-    let caption = element("figcaption", &[], prose(caption));
-    let pictures: Html = pictures.into_iter().collect();
-    element("figure", &[("class", class)], [caption, pictures])
+pub(super) fn figure(class: &str, caption: impl Into<Text>, picture: Html) -> Html {
+    html! { figure class=(class) { figcaption { (caption.into()) } (picture) } }
 }
 
-pub(super) fn division(class: &str, inner: impl IntoIterator<Item = Html>) -> Html {
-    element("div", &[("class", class)], inner)
+/// The same for a wide page and for a narrow one.
+pub(super) fn figures(class: &str, caption: impl Into<Text>, [wide, narrow]: [Html; 2]) -> Html {
+    figure(
+        class,
+        caption,
+        html! { .wide { (wide) } .narrow { (narrow) } },
+    )
 }
 
 /// What opens when its name is pressed.
-pub(super) fn folded(summary: Html, inner: impl IntoIterator<Item = Html>) -> Html {
-    let inner: Html = inner.into_iter().collect();
-    element("details", &[], [element("summary", &[], summary), inner])
+pub(super) fn folded(summary: Html, inner: Html) -> Html {
+    html! { details { summary { (summary) } (inner) } }
 }
 
+/// What may stand in XML between tags or quotes.
 pub(super) fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            c if c.is_control() && c != '\n' && c != '\t' => escaped.push('\u{fffd}'),
-            c if misleads(c) => escaped.push('\u{fffd}'),
-            c => escaped.push(c),
-        }
-    }
-    escaped
+    visible(&html! { (text) }.0)
+}
+
+/// Without characters that lead astray, of which no page and no picture has any of its own.
+pub(super) fn visible(html: &str) -> String {
+    let shown = |c: char| match c {
+        '\n' | '\t' => c,
+        _ if c.is_control() || misleads(c) => '\u{fffd}',
+        _ => c,
+    };
+    html.chars().map(shown).collect()
 }
 
 #[cfg(test)]
@@ -150,7 +124,7 @@ mod tests {
 
     #[test]
     fn what_one_would_type_is_code() {
-        let told = prose(text!("of `{}` in `c`", "a<b"));
+        let told = html! { (text!("of `{}` in `c`", "a<b")) };
         let code = "of <code>a&lt;b</code> in <code>c</code>";
         assert_eq!(told.as_str(), code);
     }
@@ -158,9 +132,10 @@ mod tests {
     #[test]
     fn text_cannot_become_markup() {
         let evil = "</td><script>alert('x')</script>\u{1b}\"";
-        let html = element("td", &[("title", evil)], text(evil));
-        assert_eq!(html.as_str().matches('<').count(), 2);
-        assert_eq!(html.as_str().matches('"').count(), 2);
-        assert!(!html.as_str().contains('\u{1b}'));
+        let html = html! { td title=(evil) { (evil) } };
+        let html = visible(html.as_str());
+        assert_eq!(html.matches('<').count(), 2);
+        assert_eq!(html.matches('"').count(), 2);
+        assert!(!html.contains('\u{1b}'));
     }
 }

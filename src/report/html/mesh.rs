@@ -2,10 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::markup::figure;
-use super::plane::{Layers, View, WIDTH, circle, drawing, word};
+use super::plane::{Layers, Shades, View, circle, map, mean, path, polygon, word};
 use super::{Html, in_thirds};
-use crate::text::number::{number, trimmed};
 use crate::text::text;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::{Field, Mesh, Support};
@@ -18,8 +16,6 @@ const GROUPS: usize = 16;
 const FIELDS: usize = 4;
 /// The colours of groups in the order of the style, from one that differs from the ground on.
 const COLOURS: [usize; 2] = [6, 48];
-/// Shades of a field, the darkest first.
-const SHADES: f64 = 16.0;
 
 /// Cells or faces in a plane, those that hide others last.
 struct Scene<'a> {
@@ -81,46 +77,39 @@ impl<'a> Scene<'a> {
         })
     }
 
+    /// From a point of the mesh to the plane.
+    fn place(&self, point: u32) -> [f64; 2] {
+        self.sight.flat(self.mesh.points[point as usize])
+    }
+
     /// Each shape in its colour.
     fn painted(&self, class: &'static str, colour: impl Fn(u32, &[u32]) -> usize) -> String {
-        let corners = |of: &[u32]| -> Vec<[f64; 2]> {
-            of.iter()
-                .map(|&k| self.sight.flat(self.mesh.points[k as usize]))
-                .collect()
-        };
-        let coloured = self
-            .shapes
-            .iter()
-            .map(|(cell, of)| (colour(*cell, of), corners(of)));
-        let coloured: Vec<(usize, Vec<[f64; 2]>)> = coloured.collect();
+        let corners = |of: &[u32]| of.iter().map(|k| self.place(*k)).collect();
+        let shapes = self.shapes.iter();
+        let coloured: Vec<(usize, Vec<[f64; 2]>)> = shapes
+            .map(|(cell, of)| (colour(*cell, of), corners(of)))
+            .collect();
         if coloured.len() > MOST {
             let mut layers = Layers::new(class);
-            let points = coloured.iter().map(|(colour, of)| {
-                let sum = of.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
-                (sum.map(|x| x / of.len().max(1) as f64), *colour)
-            });
+            let points = coloured.iter().map(|(colour, of)| (mean(of), *colour));
             layers.add_squares(&self.view, points);
             return layers.svg(true);
         }
         // What lies in front comes later, whatever its colour.
-        let mut svg = String::new();
-        let mut net = String::new();
-        for run in coloured.chunk_by(|a, b| a.0 == b.0) {
+        let runs = coloured.chunk_by(|a, b| a.0 == b.0).map(|run| {
             let mut layers = Layers::new(class);
             run.iter()
                 .for_each(|(colour, of)| layers.add(*colour, &self.view, of));
-            svg += &layers.svg(true);
-        }
-        if matches!(self.sight, Sight::Along(_)) {
-            for (_, of) in &coloured {
-                for (k, p) in of.iter().enumerate() {
-                    let [x, y] = self.view.pixel(*p);
-                    let _ = write!(net, "{}{x:.1} {y:.1}", if k == 0 { 'M' } else { 'L' });
-                }
-                net.push('z');
-            }
-        }
-        svg + &format!("<path class=\"net\" d=\"{net}\"/>")
+            layers.svg(true)
+        });
+        let net = match self.sight {
+            Sight::Along(_) => coloured
+                .iter()
+                .map(|(_, of)| polygon(&self.view, of.iter().copied()))
+                .collect(),
+            Sight::Oblique => String::new(),
+        };
+        runs.collect::<String>() + &path("net", net)
     }
 
     fn words(&self) -> &'static str {
@@ -199,50 +188,37 @@ fn of_groups(scene: &Scene<'_>) -> Html {
         .enumerate()
         .filter(|(_, group)| group.dim == 1 && dim == 2)
     {
-        let mut path = String::new();
+        let mut lines = String::new();
         for &cell in &groups[k].cells {
             let Some((_, [a, b, ..])) = mesh.cell(cell) else {
                 continue;
             };
-            let [[a, b], [c, d]] =
-                [a, b].map(|&k| scene.view.pixel(scene.sight.flat(mesh.points[k as usize])));
-            let _ = write!(path, "M{a:.1} {b:.1}L{c:.1} {d:.1}");
+            let [[a, b], [c, d]] = [a, b].map(|&k| scene.view.pixel(scene.place(k)));
+            let _ = write!(lines, "M{a:.1} {b:.1}L{c:.1} {d:.1}");
         }
         let _ = write!(
             svg,
-            "<path class=\"k{}\" style=\"stroke:var(--c)\" stroke-width=\"3\" fill=\"none\" d=\"{path}\"/>",
+            "<path class=\"k{}\" style=\"stroke:var(--c)\" stroke-width=\"3\" fill=\"none\" d=\"{lines}\"/>",
             colour(k)
         );
     }
     let mut y = scene.view.height + 4.0;
     for (k, group) in groups.iter().enumerate().take(GROUPS) {
         let name = group.name.clone().unwrap_or_else(|| group.tag.to_string());
-        let _ = write!(
-            svg,
-            "<path class=\"f k{}\" d=\"M0 {y:.0}h10v10h-10z\"/>",
-            colour(k)
+        let named = format!("{name} ({} cells)", group.cells.len());
+        svg += &path(
+            &format!("f k{}", colour(k)),
+            format_args!("M0 {y:.0}h10v10h-10z"),
         );
-        svg += &word(
-            "t",
-            [16.0, y + 9.0],
-            format!("{name} ({} cells)", group.cells.len()),
-        );
+        svg += &word("t", [16.0, y + 9.0], named);
         y += 14.0;
     }
-    if groups.len() > GROUPS {
-        svg += &word(
-            "t",
-            [16.0, y + 9.0],
-            format!("and {} more", groups.len() - GROUPS),
-        );
+    if let Some(more @ 1..) = groups.len().checked_sub(GROUPS) {
+        svg += &word("t", [16.0, y + 9.0], format!("and {more} more"));
         y += 14.0;
     }
     let caption = text!("**Groups**, {}", scene.words());
-    figure(
-        "",
-        caption,
-        [drawing("groups of the mesh", [WIDTH, y + 2.0], &svg)],
-    )
+    map(caption, "groups of the mesh", y + 2.0, &svg)
 }
 
 /// A field by its value, a vector by its length: of the cell, or in the mean of the corners.
@@ -262,25 +238,14 @@ fn of_field(scene: &Scene<'_>, field: &Field) -> Html {
             .copied()
             .unwrap_or(f64::NAN)
     };
-    let finite = rows.iter().filter(|value| value.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(*v), h.max(*v))
-    });
+    let shades = Shades::of(rows.iter().copied());
+    let y = scene.view.height + 13.0;
     let svg = scene.painted("g", |cell, corners| {
-        let value = match field.on {
+        shades.step(match field.on {
             Support::Cells => value(cell),
             _ => corners.iter().map(|&k| value(k)).sum::<f64>() / corners.len().max(1) as f64,
-        };
-        match (value - low) / (high - low).max(f64::MIN_POSITIVE) {
-            share if share.is_finite() => (share * SHADES).clamp(0.0, SHADES - 1.0) as usize,
-            _ => 0,
-        }
-    });
-    let y = scene.view.height + 13.0;
-    let told = |value: f64| trimmed(&number(value, 3));
-    let svg = svg
-        + &word("t", [0.0, y], format!("from {}, dark", told(low)))
-        + &word("t e", [WIDTH, y], format!("to {}, pale", told(high)));
+        })
+    }) + &shades.words(y);
     let what = if field.components > 1 {
         "length of "
     } else {
@@ -297,7 +262,7 @@ fn of_field(scene: &Scene<'_>, field: &Field) -> Html {
         time
     );
     let label = format!("{what}{} on {}", field.name, field.on);
-    figure("", caption, [drawing(&label, [WIDTH, y + 2.0], &svg)])
+    map(caption, &label, y + 2.0, &svg)
 }
 
 /// The mesh with circles around some places.
@@ -317,6 +282,6 @@ pub(in crate::report) fn located(mesh: &Mesh, places: &[[f64; 3]]) -> Result<Htm
         "**The worst cells** by each measure, and the first finding of each kind; {}",
         scene.words()
     );
-    let picture = drawing("the worst cells", [WIDTH, scene.view.height], &svg);
-    Ok(in_thirds([figure("", caption, [picture])].into_iter()))
+    let picture = map(caption, "the worst cells", scene.view.height, &svg);
+    Ok(in_thirds([picture]))
 }

@@ -2,6 +2,7 @@
 
 use super::along::Sheet;
 use super::chart::{Axis, COLOURS, Chart, Cloud, Line, Point, RED};
+use super::plane::ends;
 use super::residual::Put;
 use crate::text::number::{number, trimmed};
 use crate::text::text;
@@ -52,13 +53,7 @@ impl Sheet<'_> {
             let points = points.iter().map(move |p| [p.0, pick(p)]);
             points.filter(|p| p[1].abs() < 1e100)
         };
-        let values: Vec<f64> = [shown(|p| p.1), shown(|p| p.2)]
-            .into_iter()
-            .flatten()
-            .map(|p| p[1])
-            .collect();
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let [low, high] = ends(shown(|p| p.1).chain(shown(|p| p.2)).map(|p| p[1]));
         if !(low < high) {
             return;
         }
@@ -156,10 +151,7 @@ impl Sheet<'_> {
         if !is_gamma || off == 0 {
             return;
         }
-        let ends = factors
-            .iter()
-            .fold((1.0_f64, 1.0_f64), |(l, h), f| (l.min(*f), h.max(*f)));
-        let (low, high) = ends;
+        let [low, high] = ends(factors.iter().copied().chain([1.0]));
         let digits = (2.0 - (high - low).log10().floor()).clamp(2.0, 12.0) as usize;
         let farthest = if high - 1.0 > 1.0 - low { high } else { low };
         let mut told = String::new();

@@ -1,8 +1,8 @@
 //! What lies in a plane as shapes of a picture: one path a colour, in whole units, each point relative to the one before.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 
-use super::markup::escape;
+use super::markup::{Html, escape, figure, raw, visible};
 use super::ramp::CLASSES;
 use crate::text::number::{number, trimmed};
 use crate::text::{Piece, Span, Text};
@@ -39,18 +39,17 @@ impl View {
         }
     }
 
-    pub fn of(points: impl Iterator<Item = [f64; 2]>, highest: f64) -> Self {
-        let ends = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        let (low, high) = points.fold(ends, |(low, high), p| {
-            (
-                [0, 1].map(|k| low[k].min(p[k])),
-                [0, 1].map(|k| high[k].max(p[k])),
-            )
-        });
-        match low[0] <= high[0] {
-            true => View::new(low, high, highest),
+    pub fn of(points: impl Iterator<Item = [f64; 2]> + Clone, highest: f64) -> Self {
+        let [x, y] = [0, 1].map(|k| ends(points.clone().map(|p| p[k])));
+        match x[0] <= x[1] {
+            true => View::new([x[0], y[0]], [x[1], y[1]], highest),
             false => View::new([0.0; 2], [1.0; 2], highest),
         }
+    }
+
+    /// What the points of a mesh fill.
+    pub fn of_points(points: &[[f64; 3]], highest: f64) -> Self {
+        View::of(points.iter().map(|p| flat(*p)), highest)
     }
 
     pub fn pixel(&self, p: [f64; 2]) -> [f64; 2] {
@@ -155,18 +154,78 @@ impl Layers {
         }
     }
 
-    pub fn svg(&self, thin: bool) -> String {
-        let mut svg = format!("<g class=\"map{}\">", if thin { " thin" } else { "" });
-        for (k, path) in self
-            .paths
-            .iter()
-            .enumerate()
-            .filter(|(_, path)| !path.is_empty())
-        {
-            let _ = write!(svg, "<path class=\"{}{k}\" d=\"{path}\"/>", self.class);
+    /// Polygons where there is room for them, else squares at these points.
+    pub fn fill(
+        &mut self,
+        view: &View,
+        has_room: bool,
+        shapes: impl Iterator<Item = (Vec<[f64; 2]>, usize)>,
+        points: impl Iterator<Item = ([f64; 2], usize)>,
+    ) {
+        match has_room {
+            true => shapes.for_each(|(corners, colour)| self.add(colour, view, &corners)),
+            false => self.add_squares(view, points),
         }
-        svg + "</g>"
     }
+
+    pub fn svg(&self, thin: bool) -> String {
+        let paths = self.paths.iter().enumerate();
+        let shown = paths.filter(|(_, path)| !path.is_empty());
+        let shown: String = shown
+            .map(|(k, d)| path(&format!("{}{k}", self.class), d))
+            .collect();
+        format!(
+            "<g class=\"map{}\">{shown}</g>",
+            if thin { " thin" } else { "" }
+        )
+    }
+}
+
+/// Sixteen shades over the values of a field: the least is dark, the largest pale.
+pub(super) struct Shades {
+    pub low: f64,
+    pub high: f64,
+}
+
+impl Shades {
+    const COUNT: f64 = 16.0;
+
+    pub fn of(values: impl Iterator<Item = f64>) -> Self {
+        let [low, high] = ends(values.filter(|value| value.is_finite()));
+        Shades { low, high }
+    }
+
+    /// What is not finite is dark.
+    pub fn step(&self, value: f64) -> usize {
+        let share = (value - self.low) / (self.high - self.low).max(f64::MIN_POSITIVE);
+        match share.is_finite() {
+            true => (share * Self::COUNT).clamp(0.0, Self::COUNT - 1.0) as usize,
+            false => 0,
+        }
+    }
+
+    /// The ends, below a map.
+    pub fn words(&self, y: f64) -> String {
+        let told = |value: f64| trimmed(&number(value, 3));
+        word("t", [0.0, y], format!("from {}, dark", told(self.low)))
+            + &word("t e", [WIDTH, y], format!("to {}, pale", told(self.high)))
+    }
+}
+
+/// The least and the largest; of none the first is above the second.
+pub(super) fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    values.fold(none, |[low, high], v| [low.min(v), high.max(v)])
+}
+
+/// From above.
+pub(super) fn flat([x, y, _]: [f64; 3]) -> [f64; 2] {
+    [x, y]
+}
+
+/// The mean of some points.
+pub(super) fn mean(points: &[[f64; 2]]) -> [f64; 2] {
+    [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / points.len().max(1) as f64)
 }
 
 /// Lines from point to point, each by itself.
@@ -179,14 +238,49 @@ pub(super) fn segments(view: &View, ends: impl Iterator<Item = [[f64; 2]; 2]>) -
     path
 }
 
+/// The path of a polygon, which is closed.
+pub(super) fn polygon(view: &View, corners: impl IntoIterator<Item = [f64; 2]>) -> String {
+    let mut path = String::new();
+    for p in corners {
+        let [x, y] = view.pixel(p);
+        let _ = write!(
+            path,
+            "{}{x:.1} {y:.1}",
+            if path.is_empty() { 'M' } else { 'L' }
+        );
+    }
+    path + "z"
+}
+
+/// A path of a class.
+pub(super) fn path(class: &str, d: impl Display) -> String {
+    format!("<path class=\"{class}\" d=\"{d}\"/>")
+}
+
+/// The same as a line of this width.
+pub(super) fn line(class: &str, width: f64, d: impl Display) -> String {
+    format!("<path class=\"{class}\" stroke-width=\"{width}\" d=\"{d}\"/>")
+}
+
+/// What is said where one points at it.
+pub(super) fn titled(class: &str, d: impl Display, title: &str) -> String {
+    format!(
+        "<path class=\"{class}\" d=\"{d}\"><title>{}</title></path>",
+        escape(title)
+    )
+}
+
 /// A drawing, called `label` where it is not seen.
-pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> super::Html {
-    super::markup::raw(format!(
-        "<svg role=\"img\" aria-label=\"{}\" viewBox=\"-2 -2 {:.0} {:.0}\">{inner}</svg>",
-        escape(label),
-        width + 4.0,
-        height + 4.0
+pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> Html {
+    let (label, width, height) = (escape(label), width + 4.0, height + 4.0);
+    raw(format!(
+        "<svg role=\"img\" aria-label=\"{label}\" viewBox=\"-2 -2 {width:.0} {height:.0}\">{inner}</svg>"
     ))
+}
+
+/// A map of this height under its caption.
+pub(super) fn map(caption: impl Into<Text>, label: &str, height: f64, inner: &str) -> Html {
+    figure("", caption, drawing(label, [WIDTH, height], inner))
 }
 
 /// A drawing for a page, no larger there than it was drawn, which can also be written to a file.
@@ -205,9 +299,9 @@ impl Picture {
         }
     }
 
-    pub fn html(&self) -> super::Html {
+    pub fn html(&self) -> Html {
         let [width, height] = self.size;
-        super::markup::raw(format!(
+        raw(format!(
             "<svg role=\"img\" aria-label=\"{}\" style=\"max-width:{:.0}px\" viewBox=\"-2 -2 {width} {height}\">{}</svg>",
             escape(&self.label),
             1.16 * width,
@@ -232,14 +326,14 @@ impl Picture {
         for (name, value) in &values {
             rules = rules.replace(&format!("var({name})"), value);
         }
-        format!(
+        visible(&format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{}\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"-2 -2 {width} {height}\"><style>text{{font-family:Helvetica,Arial,\"Liberation Sans\",sans-serif}}{rules}</style>\
              <path fill=\"{}\" d=\"M-2 -2h{width}v{height}h-{width}z\"/>{}</svg>\n",
             escape(&self.label),
             values.get("--paper").unwrap_or(&"#fff"),
             self.svg
-        )
+        ))
     }
 }
 

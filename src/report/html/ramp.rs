@@ -1,8 +1,7 @@
 //! One colour scale for residuals and differences: logarithmic, cold below the tolerance and warm above it.
 
-use std::fmt::Write as _;
-
-use super::markup::{Html, element, leaf, raw};
+use super::markup::{Html, html, raw};
+use super::plane::{path, titled, word};
 use crate::text::number::{power_of_ten, size, whole};
 
 /// Steps below the tolerance, and all; the style has the colours. One more is for what is not a finite number.
@@ -22,6 +21,14 @@ pub(super) struct Ramp {
 }
 
 impl Ramp {
+    /// With a tolerance, and wide enough for the largest of these that is finite.
+    pub fn over(tolerance: f64, values: impl Iterator<Item = f64>) -> Self {
+        Ramp::new(
+            tolerance,
+            values.filter(|v| v.is_finite()).fold(0.0, f64::max),
+        )
+    }
+
     /// With a tolerance, and wide enough for the largest value.
     pub fn new(tolerance: f64, largest: f64) -> Self {
         let room = f64::from(STEPS - COLD);
@@ -65,28 +72,23 @@ impl Ramp {
             0 => ("colour scale", 0),
             _ => ("histogram over the colour scale", TALLEST + 2),
         };
-        let mut svg = format!(
-            "<svg role=\"img\" aria-label=\"{what}\" viewBox=\"0 -{top} 400 {}\">",
-            40 + top
-        );
+        let mut svg = String::new();
+        let width_of_one = width / f64::from(STEPS);
         for (step, count) in (0..STEPS).zip(counts).filter(|(_, count)| *count > 0) {
-            let (x, w) = (at(f64::from(step)), width / f64::from(STEPS));
+            let (x, w) = (at(f64::from(step)), width_of_one);
             // One value is seen beside a million.
             let h = (f64::from(TALLEST) * count as f64 / most as f64).max(1.5);
-            let _ = write!(
-                svg,
-                "<path class=\"f k{step}\" d=\"M{x:.1} 0h{w:.2}v-{h:.1}h-{w:.2}z\"><title>{}</title></path>",
-                whole(count)
-            );
+            let d = format_args!("M{x:.1} 0h{w:.2}v-{h:.1}h-{w:.2}z");
+            svg += &titled(&format!("f k{step}"), d, &whole(count));
         }
         if most > 0 {
-            let _ = write!(svg, "<path class=\"hair\" d=\"M{left} 0h{width}\"/>");
+            svg += &path("hair", format_args!("M{left} 0h{width}"));
         }
         for step in 0..STEPS {
-            let (x, w) = (at(f64::from(step)), width / f64::from(STEPS) + 0.3);
-            let _ = write!(
-                svg,
-                "<path class=\"f k{step}\" shape-rendering=\"crispEdges\" d=\"M{x:.1} 12h{w:.2}v8h-{w:.2}z\"/>"
+            let (x, w) = (at(f64::from(step)), width_of_one + 0.3);
+            svg += &path(
+                &format!("f crisp k{step}"),
+                format_args!("M{x:.1} 12h{w:.2}v8h-{w:.2}z"),
             );
         }
         let x = at(f64::from(COLD));
@@ -94,28 +96,20 @@ impl Ramp {
             power if format!("1e{power}").parse() == Ok(self.tolerance) => power_of_ten(power),
             _ => size(self.tolerance),
         };
-        let _ = write!(
-            svg,
-            "<path class=\"ink\" d=\"M{x:.1} 9v14\"/><text class=\"t b m\" x=\"{x:.1}\" y=\"34\">{of_tolerance}</text>\
-             <text class=\"t b m\" x=\"{x:.1}\" y=\"7\">tolerance</text>"
-        );
+        svg += &path("ink", format_args!("M{x:.1} 9v14"));
+        svg += &(word("t b m", [x, 34.0], of_tolerance) + &word("t b m", [x, 7.0], "tolerance"));
         let power = self.tolerance.log10();
         let every = if self.above < 0.75 * A_DECADE { 4 } else { 2 };
         for decades in (-4..=16).filter(|d| *d != 0 && d % if *d > 0 { every } else { 2 } == 0) {
             let steps = f64::from(decades) * if decades > 0 { self.above } else { A_DECADE };
             let step = f64::from(COLD) + steps;
-            if step <= f64::from(STEPS) && step >= 0.0 {
+            if (0.0..=f64::from(STEPS)).contains(&step) {
                 let label = power_of_ten((power + f64::from(decades)).round() as i32);
-                let _ = write!(
-                    svg,
-                    "<text class=\"t m\" x=\"{:.1}\" y=\"34\">{label}</text>",
-                    at(step)
-                );
+                svg += &word("t m", [at(step), 34.0], label);
             }
         }
-        svg.push_str("</svg>");
-        let label = leaf("span", &[("class", "cap")], label);
-        element("div", &[("class", "scale")], [label, raw(svg)])
+        let view = format!("0 -{top} 400 {}", 40 + top);
+        html! { .scale { span.cap { (label) } svg role="img" aria-label=(what) viewBox=(view) { (raw(svg)) } } }
     }
 }
 

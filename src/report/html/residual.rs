@@ -1,11 +1,11 @@
 //! Where a field does not solve its scheme: the residual of each row in the plane, around the worst one, and by the
 //! terms that the rows hold. In space see [`super::surface`].
 
-use std::fmt::Write as _;
-
 use super::Html;
-use super::markup::{division, figure};
-use super::plane::{Layers, View, WIDTH, circle, drawing, position, segments, word};
+use super::markup::html;
+use super::plane::{
+    Layers, View, WIDTH, circle, flat, line, map, mean, path, position, segments, word,
+};
 use super::ramp::Ramp;
 use super::surface;
 use crate::text::number::{number, size, whole};
@@ -13,6 +13,7 @@ use crate::text::{at_most, text};
 use crate::why::{self, Explanation, Findings, Spot};
 use faceoff_fem::contact::{Problem, Term};
 use faceoff_fem::scene::Part;
+use faceoff_mesh::mesh::Triangulation;
 
 /// Of more rows a map of the whole has squares instead of faces.
 const MOST: usize = 20_000;
@@ -44,15 +45,14 @@ impl<'a> Put<'a> {
         let rows = problem.rows(u);
         let errors: Vec<f64> = (0..u.len()).map(|row| rows.error(row)).collect();
         let limit = findings.map_or(crate::run::RESIDUAL_TOLERANCE, |found| found.limit);
-        let finite = errors.iter().filter(|error| error.is_finite());
-        let largest = finite.fold(0.0, |most: f64, error| most.max(*error));
+        let ramp = Ramp::over(limit, errors.iter().copied());
         Put {
             name,
             problem,
             u,
             errors,
             findings,
-            ramp: Ramp::new(limit, largest),
+            ramp,
         }
     }
 
@@ -77,16 +77,14 @@ impl<'a> Put<'a> {
         culprit.map_or(&[], |of: &Explanation| &of.at)
     }
 
-    pub fn flat(&self, point: [f64; 3]) -> [f64; 2] {
-        [point[0], point[1]]
+    /// The colour of a row.
+    pub fn colour(&self, row: usize) -> usize {
+        self.ramp.step(self.errors[row])
     }
 
-    fn faces_of(&self, part: Part) -> Vec<usize> {
-        let parts = self.problem.parts.iter().enumerate();
-        parts
-            .filter(|(_, of)| **of == Some(part))
-            .map(|(face, _)| face)
-            .collect()
+    /// A row from above.
+    fn place(&self, row: usize) -> [f64; 2] {
+        flat(self.problem.space.point(row))
     }
 }
 
@@ -96,11 +94,11 @@ pub(in crate::report) fn cause(put: &Put, about: &str) -> Html {
     let pictures = match put.problem.space.mesh.dim {
         3 => surface::cause(put, about),
         _ => {
-            let below = division("", [zoom(put, about), put.ramp.bar(held)]);
-            return division("two", [overview(put, about), below]);
+            let [all, near] = [overview(put, about), zoom(put, about)];
+            return html! { .two { (all) div { (near) (put.ramp.bar(held)) } } };
         }
     };
-    Html::from([division("two", pictures), put.ramp.bar(held)])
+    html! { .two { (pictures) } (put.ramp.bar(held)) }
 }
 
 /// The shape of each row in the plane: the kite of a face between its ends and the centroids of its cells, and around a
@@ -113,34 +111,23 @@ pub(super) fn shapes(problem: &Problem) -> Vec<(usize, Vec<[f64; 2]>)> {
         (true, false) => 0.5,
         _ => 0.0,
     };
-    let flat = |p: [f64; 3]| [p[0], p[1]];
-    let at = |v: u32| flat(mesh.points[v as usize]);
-    let towards = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| p[k] + cut * (q[k] - p[k]));
-    let centroid = |cell: usize| {
-        let of = mesh.cell(cell).iter().map(|v| at(*v));
-        let sum = of.fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
-        sum.map(|x| x / 3.0)
-    };
     let mut shapes = Vec::new();
     if on.edges || on.faces {
         let first = if on.vertices { mesh.points.len() } else { 0 };
-        for face in 0..mesh.face_count() {
-            let ends = mesh.face(face);
-            let (a, b) = (at(ends[0]), at(ends[1]));
-            let [one, other] = mesh.face_cells(face);
-            let mut corners = vec![towards(a, b), centroid(one as usize), towards(b, a)];
-            if !mesh.is_boundary(face) {
-                corners.push(centroid(other as usize));
-            }
-            shapes.push((first + face, corners));
-        }
+        shapes.extend((0..mesh.face_count()).map(|face| (first + face, kite(mesh, face, cut))));
     }
     if on.vertices {
         for cell in 0..mesh.cell_count() {
             let vertices = mesh.cell(cell);
             for k in 0..3 {
-                let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|k| at(vertices[k]));
-                let corners = vec![p, towards(p, q), centroid(cell), towards(p, r)];
+                let [p, q, r] =
+                    [k, (k + 1) % 3, (k + 2) % 3].map(|k| flat(mesh.points[vertices[k] as usize]));
+                let corners = vec![
+                    p,
+                    towards(p, q, cut),
+                    centroid(mesh, cell),
+                    towards(p, r, cut),
+                ];
                 shapes.push((vertices[k] as usize, corners));
             }
         }
@@ -148,27 +135,50 @@ pub(super) fn shapes(problem: &Problem) -> Vec<(usize, Vec<[f64; 2]>)> {
     shapes
 }
 
-/// What the mesh fills.
-pub(super) fn window(problem: &Problem, highest: f64) -> View {
-    let mesh = problem.space.mesh;
-    View::of(mesh.points.iter().map(|p| [p[0], p[1]]), highest)
+/// What is nearer to a face of a plane mesh than to any other, without a share of both its ends.
+pub(super) fn kite(mesh: &Triangulation, face: usize, cut: f64) -> Vec<[f64; 2]> {
+    let [a, b] = ends(mesh, face);
+    let [one, other] = mesh.face_cells(face);
+    let mut corners = vec![
+        towards(a, b, cut),
+        centroid(mesh, one as usize),
+        towards(b, a, cut),
+    ];
+    if !mesh.is_boundary(face) {
+        corners.push(centroid(mesh, other as usize));
+    }
+    corners
+}
+
+fn towards(p: [f64; 2], q: [f64; 2], share: f64) -> [f64; 2] {
+    [0, 1].map(|k| p[k] + share * (q[k] - p[k]))
+}
+
+/// Of a cell of a plane mesh.
+pub(super) fn centroid(mesh: &Triangulation, cell: usize) -> [f64; 2] {
+    mean(&[0, 1, 2].map(|k| flat(mesh.points[mesh.cell(cell)[k] as usize])))
+}
+
+/// Of a face of a plane mesh.
+pub(super) fn ends(mesh: &Triangulation, face: usize) -> [[f64; 2]; 2] {
+    let ends = mesh.face(face);
+    [ends[0], ends[1]].map(|v| flat(mesh.points[v as usize]))
 }
 
 /// The rows in their colours, those of them that `shows` says.
 pub(super) fn rows(put: &Put, view: &View, most: usize, shows: impl Fn(usize) -> bool) -> String {
     let mut layers = Layers::new("k");
-    let colour = |row: usize| put.ramp.step(put.errors[row]);
     let shown = (0..put.errors.len()).filter(|row| shows(*row));
-    if put.errors.len() <= most {
-        for (row, corners) in shapes(put.problem).iter().filter(|(row, _)| shows(*row)) {
-            layers.add(colour(*row), view, corners);
-        }
+    let points = shown.map(|row| (put.place(row), put.colour(row)));
+    let has_room = put.errors.len() <= most;
+    let shapes = if has_room {
+        shapes(put.problem)
     } else {
-        layers.add_squares(
-            view,
-            shown.map(|row| (put.flat(put.problem.space.point(row)), colour(row))),
-        );
-    }
+        Vec::new()
+    };
+    let shapes = shapes.into_iter().filter(|(row, _)| shows(*row));
+    let shapes = shapes.map(|(row, corners)| (corners, put.colour(row)));
+    layers.fill(view, has_room, shapes, points);
     layers.svg(put.errors.len() > MOST / 4)
 }
 
@@ -179,51 +189,35 @@ pub(super) fn outline(problem: &Problem, view: &View, thick: f64) -> String {
         let faces = (0..mesh.face_count()).filter(|face| mesh.is_boundary(*face));
         let faces =
             faces.filter(|face| (problem.parts[*face] == Some(Part::Contact)) == is_contact);
-        let ends = faces.map(|face| {
-            let ends = mesh.face(face);
-            [ends[0], ends[1]]
-                .map(|v| mesh.points[v as usize])
-                .map(|p| [p[0], p[1]])
-        });
-        segments(view, ends)
+        segments(view, faces.map(|face| ends(mesh, face)))
     };
-    format!(
-        "<path class=\"frame\" d=\"{}\"/><path class=\"ink\" stroke-width=\"{thick}\" d=\"{}\"/>",
-        of(false),
-        of(true)
-    )
+    path("frame", of(false)) + &line("ink", thick, of(true))
 }
 
 fn overview(put: &Put, about: &str) -> Html {
     let problem = put.problem;
-    let view = window(problem, HIGHEST);
+    let view = View::of_points(&problem.space.mesh.points, HIGHEST);
     let mut svg = rows(put, &view, MOST, |_| true) + &outline(problem, &view, 2.5);
     if let Some(window) = near(put, &view) {
-        let ([x, y], [r, b]) = (
-            view.pixel([window.low[0], window.high[1]]),
-            view.pixel([window.high[0], window.low[1]]),
-        );
-        let _ = write!(
-            svg,
-            "<path class=\"ink\" stroke-width=\"1.2\" d=\"M{x:.0} {y:.0}H{r:.0}V{b:.0}H{x:.0}z\"/>"
+        let [x, y] = view.pixel([window.low[0], window.high[1]]);
+        let [r, b] = view.pixel([window.high[0], window.low[1]]);
+        svg += &line(
+            "ink",
+            1.2,
+            format_args!("M{x:.0} {y:.0}H{r:.0}V{b:.0}H{x:.0}z"),
         );
     }
-    let worst = put
-        .worst()
-        .map(|row| view.pixel(put.flat(problem.space.point(row))));
-    svg += &worst.map_or(String::new(), |at| circle(at, 9.0));
+    if let Some(row) = put.worst() {
+        svg += &circle(view.pixel(put.place(row)), 9.0);
+    }
     svg += &corners(&view);
     let caption = text!(
         "**The cause.** Residual of {}, row by row: {}",
         &put.name,
         about
     );
-    let picture = drawing(
-        &format!("residual of {}, {about}", put.name),
-        [WIDTH, view.height + 14.0],
-        &svg,
-    );
-    figure("", caption, [picture])
+    let label = format!("residual of {}, {about}", put.name);
+    map(caption, &label, view.height + 14.0, &svg)
 }
 
 /// The ends of the first axis, below a map.
@@ -238,7 +232,7 @@ pub(super) fn corners(view: &View) -> String {
 fn near(put: &Put, all: &View) -> Option<View> {
     let (space, mesh) = (&put.problem.space, put.problem.space.mesh);
     let row = put.worst()?;
-    let at = put.flat(space.point(row));
+    let at = put.place(row);
     let carrier = space.carrier(row);
     let cell =
         (0..mesh.cell_count()).find(|cell| carrier.iter().all(|v| mesh.cell(*cell).contains(v)))?;
@@ -259,49 +253,48 @@ fn near(put: &Put, all: &View) -> Option<View> {
 fn zoom(put: &Put, about: &str) -> Html {
     let problem = put.problem;
     let (space, mesh) = (&problem.space, problem.space.mesh);
-    let Some(view) = near(put, &window(problem, HIGHEST)) else {
+    let Some(view) = near(put, &View::of_points(&mesh.points, HIGHEST)) else {
         return Html::default();
     };
     let mut layers = Layers::new("k");
     for (row, corners) in shapes(problem).iter().filter(|(_, c)| view.meets(c)) {
-        layers.add(put.ramp.step(put.errors[*row]), &view, corners);
+        layers.add(put.colour(*row), &view, corners);
     }
-    let ends = |face: usize| {
-        let ends = mesh.face(face);
-        [ends[0], ends[1]].map(|v| put.flat(mesh.points[v as usize]))
+    let inside = |face: &usize| view.meets(&ends(mesh, *face));
+    let lines = |faces: &mut dyn Iterator<Item = usize>| {
+        segments(&view, faces.filter(inside).map(|face| ends(mesh, face)))
     };
-    let inside = |face: &usize| view.meets(&ends(*face));
-    let net = segments(&view, (0..mesh.face_count()).filter(inside).map(ends));
-    let on_contact = put.faces_of(Part::Contact).into_iter().filter(inside);
-    let contact = segments(&view, on_contact.map(ends));
-    let blamed = put
-        .blamed()
-        .iter()
-        .filter_map(|spot| mesh.find_face(&spot.vertices));
+    let blamed = put.blamed().iter();
+    let blamed = blamed.filter_map(|spot| mesh.find_face(&spot.vertices));
     let blamed: Vec<usize> = blamed.filter(inside).collect();
-    let red = segments(&view, blamed.iter().copied().map(ends));
     let height = view.height;
     let mut svg = format!(
-        "<clipPath id=\"z\"><path d=\"M0 -2h{WIDTH}v{h:.0}H0z\"/></clipPath><g clip-path=\"url(#z)\">{}<path class=\"net\" d=\"{net}\"/>\
-         <path class=\"ink\" stroke-width=\"2.5\" d=\"{contact}\"/><path class=\"redl\" stroke-width=\"5\" d=\"{red}\"/></g>\
-         <path class=\"frame\" d=\"M0 0h{WIDTH}v{height:.0}H0z\"/>",
+        "<clipPath id=\"z\"><path d=\"M0 -2h{WIDTH}v{h:.0}H0z\"/></clipPath><g clip-path=\"url(#z)\">{}{}{}{}</g>",
         layers.svg(false),
+        path("net", lines(&mut (0..mesh.face_count()))),
+        line(
+            "ink",
+            2.5,
+            lines(&mut put.problem.contact.iter().map(|f| f.face))
+        ),
+        line("redl", 5.0, lines(&mut blamed.iter().copied())),
         h = height + 4.0,
     );
+    svg += &path("frame", format_args!("M0 0h{WIDTH}v{height:.0}H0z"));
     // The two rows that are farthest off, with a line to each.
     let mut failing: Vec<usize> = (0..put.errors.len())
         .filter(|row| put.fails(*row))
         .collect();
     failing.sort_by(|a, b| put.errors[*b].total_cmp(&put.errors[*a]));
     let count = failing.len();
-    failing.retain(|row| view.meets(&[put.flat(space.point(*row))]));
+    failing.retain(|row| view.meets(&[put.place(*row)]));
     failing.truncate(2);
     failing.sort_by(|a, b| space.point(*a)[0].total_cmp(&space.point(*b)[0]));
     let is_low = put
         .worst()
-        .is_some_and(|row| view.pixel(put.flat(space.point(row)))[1] > 0.5 * height);
+        .is_some_and(|row| view.pixel(put.place(row))[1] > 0.5 * height);
     for (k, row) in failing.iter().enumerate() {
-        let [x, y] = view.pixel(put.flat(space.point(*row)));
+        let [x, y] = view.pixel(put.place(*row));
         let is_left = k == 0 && (failing.len() > 1 || x > 0.5 * WIDTH);
         let [to, anchor] = match is_left {
             true => [x.min(WIDTH) - 46.0, 1.0],
@@ -313,10 +306,7 @@ fn zoom(put: &Put, about: &str) -> Html {
             false => (y + 46.0, y + 62.0),
         };
         let class = if is_left { "s halo e" } else { "s halo" };
-        let _ = write!(
-            svg,
-            "<path class=\"ink\" stroke-width=\".9\" d=\"M{x:.0} {y:.0}L{to:.0} {up:.0}\"/>"
-        );
+        svg += &line("ink", 0.9, format_args!("M{x:.0} {y:.0}L{to:.0} {up:.0}"));
         svg += &word(
             class,
             [to, text],
@@ -331,7 +321,7 @@ fn zoom(put: &Put, about: &str) -> Html {
             .and_then(Findings::culprit)
             .and_then(|c| c.factor),
     ) {
-        let [x, y] = view.pixel(put.flat(mesh.face_midpoint(*face)));
+        let [x, y] = view.pixel(flat(mesh.face_midpoint(*face)));
         if y > height - 2.0 {
             let x = x.clamp(50.0, WIDTH - 50.0);
             svg += &word(
@@ -365,12 +355,8 @@ fn zoom(put: &Put, about: &str) -> Html {
         whole(count),
         at_most(rest, 2)
     );
-    let picture = drawing(
-        &format!("the worst row of {}, {about}", put.name),
-        [WIDTH, height + below],
-        &svg,
-    );
-    figure("", caption, [picture])
+    let label = format!("the worst row of {}, {about}", put.name);
+    map(caption, &label, height + below, &svg)
 }
 
 /// A small map for each term: the rows that hold it.
@@ -387,7 +373,7 @@ pub(in crate::report) fn by_term(put: &Put, about: &str) -> Html {
         .iter()
         .flat_map(|condition| &condition.dofs);
     dofs.for_each(|dof| at_contact[*dof as usize] = true);
-    let view = window(problem, HIGHEST);
+    let view = View::of_points(&problem.space.mesh.points, HIGHEST);
     let maps = found.terms.iter().map(|of| {
         let is_held = |row: usize| problem.dirichlet[row].is_some();
         let holds = |row: usize| match of.term {
@@ -398,21 +384,14 @@ pub(in crate::report) fn by_term(put: &Put, about: &str) -> Html {
         };
         let svg = rows(put, &view, MOST_SMALL, holds) + &outline(problem, &view, 2.5);
         let name = why::name(of.term);
-        let picture = drawing(
-            &format!("rows of {name}, {about}"),
-            [WIDTH, view.height],
-            &svg,
-        );
         let fail = match (of.failing, of.suspect) {
             (0, _) => "none fails".into(),
             (failing, true) => text!("**{} fail**: may be wrong", whole(failing)),
             (failing, _) => format!("{} fail", whole(failing)).into(),
         };
-        figure(
-            "",
-            text!("**{}**: {} rows, {}", name, whole(of.rows), fail),
-            [picture],
-        )
+        let caption = text!("**{}**: {} rows, {}", &name, whole(of.rows), fail);
+        let label = format!("rows of {name}, {about}");
+        map(caption, &label, view.height, &svg)
     });
-    division("five", maps.collect::<Vec<_>>())
+    html! { .five { @for map in maps { (map) } } }
 }

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::Html;
-use super::markup::{division, escape, figure};
+use super::markup::figures;
 use super::pair::pairs;
-use super::plane::{drawing, word};
+use super::plane::{drawing, path, titled, word};
 use crate::campaigns::verify::VerifyOutcome;
 use crate::engine::unique;
 use crate::text::number::{size, trimmed, whole};
@@ -41,15 +41,11 @@ impl Spread {
             for pair in pairs(case) {
                 for field in pair.fields.iter().filter(|f| f.field != "status") {
                     let of = pair.differences(case, &field.field)?;
-                    let of = of
-                        .into_iter()
-                        .map(|(_, d)| d / f64::EPSILON)
-                        .filter(|d| d.is_finite());
+                    let of = of.into_iter().map(|(_, d)| d / f64::EPSILON);
+                    let of = of.filter(|d| d.is_finite());
                     let name = [pair.a, pair.b].map(str::to_owned);
-                    match all
-                        .iter_mut()
-                        .find(|o| o.pair == name && o.method == case.method)
-                    {
+                    let same = |o: &&mut Of| o.pair == name && o.method == case.method;
+                    match all.iter_mut().find(same) {
                         Some(known) => known.differences.extend(of),
                         None => all.push(Of {
                             pair: name,
@@ -66,23 +62,25 @@ impl Spread {
         Ok(Spread { all })
     }
 
-    /// How large the differences are, in words.
-    pub fn words(&self) -> Text {
-        let mut all: Vec<f64> = self
-            .all
+    fn differences(&self) -> impl Iterator<Item = f64> {
+        self.all
             .iter()
             .flat_map(|of| of.differences.iter().copied())
-            .collect();
+    }
+
+    /// How large the differences are, in words.
+    pub fn words(&self) -> Text {
+        let mut all: Vec<f64> = self.differences().collect();
         all.sort_by(f64::total_cmp);
         let Some(last) = all.last().copied() else {
             return Text::default();
         };
         let at = |share: f64| all[((all.len() - 1) as f64 * share) as usize];
         let units = |d: f64| trimmed(&at_most(d, if d < 100.0 { 2 } else { 3 }));
-        let slack = self
-            .all
-            .iter()
-            .filter_map(|of| Some(of.tolerance / of.differences.last().filter(|d| **d > 0.0)?));
+        let slack = self.all.iter().filter_map(|of| {
+            let largest = of.differences.last().filter(|d| **d > 0.0)?;
+            Some(of.tolerance / largest)
+        });
         let slack = slack.fold(f64::INFINITY, f64::min);
         let slack = match slack.is_finite() && slack >= 1.0 {
             true => format!(", 1/{} of its tolerance", whole(slack as usize)),
@@ -99,32 +97,22 @@ impl Spread {
     }
 
     pub fn figure(&self) -> Html {
-        let equal: usize = self
-            .all
-            .iter()
-            .flat_map(|of| &of.differences)
-            .filter(|d| **d == 0.0)
-            .count();
-        let count: usize = self.all.iter().map(|of| of.differences.len()).sum();
+        let equal = self.differences().filter(|d| *d == 0.0).count();
+        let count = self.differences().count();
         let caption = text!(
             "**How well they agree.** Share of the values by their difference, for each pair of codes; ▴ the largest. {} in 100 are \
              equal to the last bit and not drawn",
             (100 * equal).div_ceil(count.max(1))
         );
-        let [wide, narrow] = [(545.0, 306.0), (358.0, 330.0)].map(|size| self.drawn(size));
-        figure(
-            "c6",
-            caption,
-            [division("wide", wide), division("narrow", narrow)],
-        )
+        let drawn = [(545.0, 306.0), (358.0, 330.0)].map(|size| self.drawn(size));
+        figures("c6", caption, drawn)
     }
 
     fn drawn(&self, (width, height): (f64, f64)) -> Html {
         let is_narrow = width < 500.0;
-        let (left, right) = if is_narrow {
-            (2.0, width - 4.0)
-        } else {
-            (90.0, width - 14.0)
+        let (left, right) = match is_narrow {
+            true => (2.0, width - 4.0),
+            false => (90.0, width - 14.0),
         };
         let x =
             |power: f64| left + (right - left) * (power - f64::from(LOW)) / f64::from(HIGH - LOW);
@@ -146,18 +134,14 @@ impl Spread {
         let shown = names.len().clamp(1, MOST);
         let row = (height - 52.0) / shown as f64;
         let mut svg = String::new();
-        let tolerances = unique(
-            self.all
-                .iter()
-                .map(|of| (of.tolerance.to_bits(), &*of.method)),
-        );
+        let tolerances = self
+            .all
+            .iter()
+            .map(|of| (of.tolerance.to_bits(), &*of.method));
+        let tolerances = unique(tolerances);
         for (k, (bits, method)) in tolerances.iter().enumerate() {
             let at = x(f64::from_bits(*bits).log2());
-            let _ = write!(
-                svg,
-                "<path class=\"frame dash\" d=\"M{at:.1} 16V{}\"/>",
-                height - 34.0
-            );
+            svg += &path("frame dash", format_args!("M{at:.1} 16V{}", height - 34.0));
             let (class, dx, told) = match k {
                 0 => ("t e", -4.0, format!("tolerance, {method}")),
                 _ => ("t", 4.0, (*method).to_owned()),
@@ -169,10 +153,7 @@ impl Spread {
         for (k, name) in names.iter().take(MOST).enumerate() {
             let base = 10.0 + row * (k + 1) as f64;
             let most = row - if is_narrow { 26.0 } else { 14.0 };
-            let _ = write!(
-                svg,
-                "<path class=\"hair\" d=\"M{left} {base:.1}H{right}\"/>"
-            );
+            svg += &path("hair", format_args!("M{left} {base:.1}H{right}"));
             let [a, b] = name;
             let both = format!("{a} – {b}");
             match is_narrow {
@@ -185,17 +166,14 @@ impl Spread {
             for of in self.all.iter().filter(|of| of.pair == **name) {
                 let which = methods.iter().position(|m| *m == of.method).unwrap_or(0);
                 let step = (right - left) / BINS as f64;
-                let mut path = format!("M{left:.1} {base:.1}");
+                let mut outline = format!("M{left:.1} {base:.1}");
                 for share in bins(of) {
-                    let _ = write!(path, "V{:.1}h{step:.2}", base - most * share / top);
+                    let _ = write!(outline, "V{:.1}h{step:.2}", base - most * share / top);
                 }
-                let _ = write!(path, "V{base:.1}z");
+                let _ = write!(outline, "V{base:.1}z");
                 let largest = of.differences.last().copied().unwrap_or(0.0);
-                let median = of
-                    .differences
-                    .get(of.differences.len() / 2)
-                    .copied()
-                    .unwrap_or(0.0);
+                let median = of.differences.get(of.differences.len() / 2);
+                let median = median.copied().unwrap_or(0.0);
                 let told = format!(
                     "{both}, {}: half below {}, largest {} units of rounding",
                     of.method,
@@ -207,30 +185,19 @@ impl Spread {
                     1 => ("goodl\" stroke-width=\"1.6", "goodf"),
                     _ => ("otherl\" stroke-width=\"1.3", "otherf"),
                 };
-                let _ = write!(
-                    svg,
-                    "<path class=\"{class}\" d=\"{path}\"><title>{}</title></path>",
-                    escape(&told)
-                );
+                svg += &titled(class, outline, &told);
                 if largest > 0.0 {
                     let at = x(largest.log2().clamp(f64::from(LOW), f64::from(HIGH)));
-                    let _ = write!(
-                        svg,
-                        "<path class=\"{fill}\" d=\"M{at:.1} {:.1}l-4 7h8z\"/>",
-                        base + 4.0
-                    );
+                    svg += &path(fill, format_args!("M{at:.1} {:.1}l-4 7h8z", base + 4.0));
                 }
                 // The methods are named once, each beside its highest bar.
                 if k == 0 && !is_narrow {
                     let bars = bins(of);
-                    let peak = (0..BINS)
-                        .max_by(|a, b| bars[*a].total_cmp(&bars[*b]))
-                        .unwrap_or(0);
-                    let at = [
-                        left + step * (peak as f64 + 0.5),
-                        base - most * bars[peak] / top - 4.0,
-                    ];
-                    svg += &word("t b halo m", at, &of.method);
+                    let peak = (0..BINS).max_by(|a, b| bars[*a].total_cmp(&bars[*b]));
+                    let peak = peak.unwrap_or(0);
+                    let x = left + step * (peak as f64 + 0.5);
+                    let y = base - most * bars[peak] / top - 4.0;
+                    svg += &word("t b halo m", [x, y], &of.method);
                 }
             }
         }
@@ -242,7 +209,7 @@ impl Spread {
                 p => whole(1_usize << p),
             };
             let class = if power == 0 { "t b m" } else { "t m" };
-            let _ = write!(svg, "<path class=\"frame\" d=\"M{at:.1} {foot}v4\"/>");
+            svg += &path("frame", format_args!("M{at:.1} {foot}v4"));
             svg += &word(class, [at, foot + 15.0], &label);
         }
         let unit = format!(

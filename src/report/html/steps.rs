@@ -2,7 +2,7 @@
 
 use super::Html;
 use super::chart::{Axis, Chart, Line, Point, chart_figure};
-use super::plane::{WIDEST, ticks};
+use super::plane::{WIDEST, ends, ticks};
 use crate::engine::unique;
 use crate::text::number::{number, size, trimmed};
 use crate::text::text;
@@ -88,12 +88,10 @@ fn chart(all: &Comparisons, tracks: &[Track]) -> Chart {
     let tolerances = unique(tracks.iter().map(|t| t.of.field.tolerance.to_bits()));
     let tolerances = tolerances.into_iter().map(f64::from_bits).filter(drawable);
     let tolerances: Vec<f64> = tolerances.collect();
-    let ends = values().filter(drawable).chain(tolerances.iter().copied());
-    let ends = ends.fold((f64::INFINITY, 0.0), |(l, h), v| (v.min(l), v.max(h)));
-    let (low, high) = if ends.0.is_finite() {
-        ends
-    } else {
-        (1e-16, 1e-15)
+    let drawn = values().filter(drawable).chain(tolerances.iter().copied());
+    let [low, high] = match ends(drawn) {
+        [low, high] if low <= high => [low, high],
+        _ => [1e-16, 1e-15],
     };
     // What is equal to the last bit has a place of its own below the rest, what is not a finite number one above.
     let equal = 10f64.powf(low.log10().floor().max(-18.0) - 1.0);

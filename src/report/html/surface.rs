@@ -1,10 +1,8 @@
 //! A residual in space: Γ_C seen from outside, and all rows from the side.
 
-use std::fmt::Write as _;
-
 use super::Html;
 use super::markup::figure;
-use super::plane::{Layers, View, WIDTH, circle, drawing, word};
+use super::plane::{Layers, View, WIDTH, circle, drawing, ends, line, map, path, polygon, word};
 use super::residual::Put;
 use crate::text::number::whole;
 use crate::text::text;
@@ -23,9 +21,7 @@ impl Sight {
     /// Along the axis in which the faces extend least.
     pub fn new(mesh: &Triangulation, faces: &[usize]) -> Self {
         let extent = |axis: usize| {
-            let of = faces.iter().map(|f| mesh.face_midpoint(*f)[axis]);
-            let ends = (f64::INFINITY, f64::NEG_INFINITY);
-            let (low, high) = of.fold(ends, |e, x| (e.0.min(x), e.1.max(x)));
+            let [low, high] = ends(faces.iter().map(|f| mesh.face_midpoint(*f)[axis]));
             high - low
         };
         let mut axes = [0, 1, 2];
@@ -82,9 +78,8 @@ impl<'a> Surface<'a> {
 
     fn corners(&self, face: usize) -> Vec<[f64; 2]> {
         let vertices = self.mesh.face(face).iter();
-        vertices
-            .map(|v| self.sight.flat(self.mesh.points[*v as usize]))
-            .collect()
+        let place = |v: &u32| self.sight.flat(self.mesh.points[*v as usize]);
+        vertices.map(place).collect()
     }
 
     /// Each face in its colour, and a circle around one of them.
@@ -96,33 +91,16 @@ impl<'a> Surface<'a> {
         worst: Option<usize>,
     ) -> Html {
         let mut layers = Layers::new("k");
-        let outline = |faces: &[usize]| {
-            let mut path = String::new();
-            for face in faces {
-                for (k, p) in self.corners(*face).iter().enumerate() {
-                    let [x, y] = self.view.pixel(*p);
-                    let _ = write!(path, "{}{x:.1} {y:.1}", if k == 0 { 'M' } else { 'L' });
-                }
-                path.push('z');
-            }
-            path
-        };
         for (face, colour) in faces {
             layers.add(*colour, &self.view, &self.corners(*face));
         }
-        let all: Vec<usize> = faces.iter().map(|(face, _)| *face).collect();
-        let edges = outline(&all);
-        let red = outline(red);
-        let mut svg = format!(
-            "{}<path class=\"net\" d=\"{edges}\"/><path class=\"redl\" stroke-width=\"2.5\" d=\"{red}\"/>",
-            layers.svg(true)
-        );
+        let outline = |face: usize| polygon(&self.view, self.corners(face));
+        let edges: String = faces.iter().map(|(face, _)| outline(*face)).collect();
+        let red: String = red.iter().map(|face| outline(*face)).collect();
+        let mut svg = layers.svg(true) + &path("net", edges) + &line("redl", 2.5, red);
         if let Some(face) = worst {
-            svg += &circle(
-                self.view
-                    .pixel(self.sight.flat(self.mesh.face_midpoint(face))),
-                10.0,
-            );
+            let at = self.sight.flat(self.mesh.face_midpoint(face));
+            svg += &circle(self.view.pixel(at), 10.0);
         }
         drawing(label, [WIDTH, self.view.height], &svg)
     }
@@ -133,14 +111,21 @@ impl<'a> Surface<'a> {
 }
 
 /// Spots in space as they are seen along the second axis, those of larger colours in front.
-pub(super) fn from_side(label: &str, mesh: &Triangulation, spots: &[([f64; 3], usize)]) -> Html {
+pub(super) fn from_side(
+    label: &str,
+    mesh: &Triangulation,
+    spots: impl Iterator<Item = ([f64; 3], usize)>,
+) -> Html {
     let side = |p: [f64; 3]| [p[0], p[2]];
     let view = View::of(mesh.points.iter().map(|p| side(*p)), HIGHEST);
     let mut layers = Layers::new("k");
-    layers.add_spots(&view, spots.iter().map(|(p, colour)| (side(*p), *colour)));
-    let svg =
-        layers.svg(true) + &word("t m", [0.5 * WIDTH, view.height + 13.0], "x, and z upwards");
-    drawing(label, [WIDTH, view.height + 14.0], &svg)
+    layers.add_spots(&view, spots.map(|(p, colour)| (side(p), colour)));
+    let axes = word("t m", [0.5 * WIDTH, view.height + 13.0], "x, and z upwards");
+    drawing(
+        label,
+        [WIDTH, view.height + 14.0],
+        &(layers.svg(true) + &axes),
+    )
 }
 
 /// The cause in space.
@@ -178,28 +163,20 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
         );
         let label = format!("residual of {} on Γ_C, {about}", put.name);
         let worst = farthest.map(|(face, _)| face);
-        pictures.push(figure(
-            "",
-            caption,
-            [surface.picture(&label, &faces, &blamed, worst)],
-        ));
+        let picture = surface.picture(&label, &faces, &blamed, worst);
+        pictures.push(figure("", caption, picture));
     }
     let across = 3 - sight.axes[0] - sight.axes[1];
     let side = |p: [f64; 3]| [p[sight.axes[0]], p[across]];
     let view = View::of(mesh.points.iter().map(|p| side(*p)), HIGHEST);
     let mut layers = Layers::new("k");
-    let points = (0..put.errors.len()).map(|row| {
-        (
-            side(problem.space.point(row)),
-            put.ramp.step(put.errors[row]),
-        )
-    });
-    layers.add_spots(&view, points);
+    let place = |row: usize| side(problem.space.point(row));
+    let rows = 0..put.errors.len();
+    layers.add_spots(&view, rows.map(|row| (place(row), put.colour(row))));
     let mut svg = layers.svg(true);
-    let worst = put
-        .worst()
-        .map(|row| view.pixel(side(problem.space.point(row))));
-    svg += &worst.map_or(String::new(), |at| circle(at, 12.0));
+    if let Some(row) = put.worst() {
+        svg += &circle(view.pixel(place(row)), 12.0);
+    }
     let axes = [sight.axes[0], across].map(|axis| AXES[axis]);
     svg += &word("t m", [0.5 * WIDTH, view.height + 18.0], axes[0]);
     let failing = (0..put.errors.len()).filter(|row| put.fails(*row)).count();
@@ -211,10 +188,6 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
         whole(put.errors.len())
     );
     let label = format!("residual of {} from the side, {about}", put.name);
-    pictures.push(figure(
-        "",
-        caption,
-        [drawing(&label, [WIDTH, view.height + 20.0], &svg)],
-    ));
+    pictures.push(map(caption, &label, view.height + 20.0, &svg));
     pictures.into_iter().collect()
 }

@@ -4,12 +4,14 @@ use super::along::{Along, Named};
 use super::codes::{Codes, fields, heading, posed, tried};
 use super::convergence::newton;
 use super::effect::Effect;
-use super::markup::{Html, division, element, folded, leaf, text};
+use super::in_thirds;
+use super::markup::{Html, folded, html};
 use super::pair::{self, pairs};
 use super::residual::{Put, by_term, cause};
 use super::spread::Spread;
 use super::tables::{table, word};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
+use crate::report::findings::{terms, worst};
 use crate::report::model::{self, Table};
 use crate::text::number::{place, size, whole};
 use crate::text::text;
@@ -71,23 +73,23 @@ impl<'a> Run<'a> {
             let tables = match codes.names.is_empty() {
                 true => Html::default(),
                 false => Html::from([
-                    heading("h2", "One row per code", about),
+                    heading("One row per code", about),
                     codes.by_code(),
-                    heading("h2", "One row per case", ""),
+                    heading("One row per case", ""),
                     codes.by_case(None),
                 ]),
             };
             return Ok(Html::from([tables, self.folds(None)]));
         };
         let about = "Each answer is put back into the scheme. Left of the dashed line, the tolerance, is rounding.";
-        let mut parts = vec![heading("h2", "One row per code", about), codes.by_code()];
+        let mut parts = vec![heading("One row per code", about), codes.by_code()];
         if outcome.cases.len() > 1 {
             let about = format!(
                 "The largest residual of each case, and where. {}",
                 agreeing(outcome, &fault)
             );
             parts.extend([
-                heading("h2", "One row per case", about.trim_end()),
+                heading("One row per case", about.trim_end()),
                 codes.by_case(Some(case)),
             ]);
         }
@@ -110,14 +112,10 @@ impl<'a> Run<'a> {
             tolerance: case.pairs.first().map_or(1e-12, |p| p.field.tolerance),
             faulty: fault.clone(),
         };
-        let drawn = along.figure("");
-        if drawn != Html::default() {
+        let drawn = along.figure();
+        if !drawn.is_empty() {
             parts.extend([
-                heading(
-                    "h2",
-                    text!("Along Γ_C"),
-                    format!("{about}. {}", contact(case)),
-                ),
+                heading(text!("Along Γ_C"), format!("{about}. {}", contact(case))),
                 drawn,
             ]);
         }
@@ -130,7 +128,7 @@ impl<'a> Run<'a> {
         {
             let about = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
             parts.extend([
-                heading("h2", "What was tried", about),
+                heading("What was tried", about),
                 tried(&found.explanations, found.limit),
             ]);
         }
@@ -139,7 +137,6 @@ impl<'a> Run<'a> {
             .flat_map(|pair| pair.diagnoses(case, self.diagnoses).collect::<Vec<_>>())
         {
             parts.push(heading(
-                "h2",
                 format!("{} – {} again", diagnosis.a, diagnosis.b),
                 diagnosis.sentence(),
             ));
@@ -157,33 +154,25 @@ impl<'a> Run<'a> {
 
     /// The rows of the case that is shown, and its fields.
     fn folds(&self, put: Option<(&Put, &str)>) -> Html {
-        let mut parts = Vec::new();
-        if let Some((put, about)) = put
-            && let Some(found) = put.findings.filter(|f| !f.worst.is_empty())
-        {
-            let inner = [
-                by_term(put, about),
-                table(&crate::report::findings::worst(&found.worst)),
-                table(&crate::report::findings::terms(&found.terms)),
-            ];
-            let about =
-                format!("· the rows that are farthest off, and what they are made of; {about}");
-            parts.push(folded(
-                Html::from([text("Rows and terms "), leaf("span", &[], about)]),
-                inner,
-            ));
+        let found = put.and_then(|(put, about)| Some((put, about, put.findings?)));
+        let found = found.filter(|(_, _, found)| !found.worst.is_empty());
+        let case = self.shown().filter(|_| self.outcome.cases.len() > 1);
+        html! {
+            .folds {
+                @if let Some((put, about, found)) = found {
+                    (folded(
+                        html! { "Rows and terms " span { "· the rows that are farthest off, and what they are made of; " (about) } },
+                        Html::from([by_term(put, about), table(&worst(&found.worst)), table(&terms(&found.terms))]),
+                    ))
+                }
+                @if let Some((case, _)) = case { (folded(summary(case), Html::from([fields(case), posed(case)]))) }
+            }
         }
-        if let Some((case, _)) = self.shown().filter(|_| self.outcome.cases.len() > 1) {
-            parts.push(folded(summary(case), [fields(case), posed(case)]));
-        }
-        division("folds", parts)
     }
 
     /// Every pair and field of all cases, and how they are posed.
     pub fn rest(self) -> Html {
-        let cases = self.outcome.cases.iter();
-        let of = |case| [element("h3", &[], summary(case)), fields(case), posed(case)];
-        cases.flat_map(of).collect()
+        html! { @for case in &self.outcome.cases { h3 { (summary(case)) } (fields(case)) (posed(case)) } }
     }
 }
 
@@ -286,7 +275,7 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     let stop = case.setup.settings.stop.increment;
     let newton = newton(&increments, &faulty, Some(stop), caption);
     let all = [shown.map(&about), shown.decay(from, &at, &others), newton];
-    let pictures = division("grid", all.map(|picture| division("c4 half", picture)));
+    let pictures = in_thirds(all);
     if engine.is_none() {
         return Ok(pictures);
     }
@@ -303,7 +292,7 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
         ),
     };
     Ok(Html::from([
-        heading("h2", "What it does to the answer", beyond),
+        heading("What it does to the answer", beyond),
         pictures,
     ]))
 }
@@ -328,10 +317,11 @@ fn again(of: &Diagnosis) -> Table {
 /// `one-zone, cr, n = 16 · disagree, 1.4 · 10⁻⁶ of max |u|`
 fn summary(case: &CaseOutcome) -> Html {
     let apart = pair::largest(case.pairs.iter().map(|p| &p.field));
-    let how = match case.pairs.is_empty() {
-        true => ", no pair to compare".to_owned(),
-        false => format!(", {} of max |u|", size(apart)),
-    };
-    let rest = [text(" · "), word(case.verdict), text(how)];
-    Html::from([text(case.label()), element("span", &[], rest)])
+    html! {
+        (case.label())
+        span {
+            " · " (word(case.verdict)) ", "
+            @if case.pairs.is_empty() { "no pair to compare" } @else { (size(apart)) " of max |u|" }
+        }
+    }
 }

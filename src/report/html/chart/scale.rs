@@ -1,5 +1,6 @@
 //! Axes with their labels, and places of values on them.
 
+use super::super::plane::ends;
 use crate::text::number::{number, power_of_ten, trimmed};
 
 /// Logarithmic unless it is said to be linear.
@@ -55,9 +56,7 @@ impl Scale {
     /// About all values, with some room.
     pub fn new(axis: &Axis, values: impl Iterator<Item = f64>, places: [f64; 2]) -> Option<Self> {
         let of = |v: f64| if axis.is_linear { v } else { v.log10() };
-        let ends = values.filter(|v| axis.shows(*v)).map(of);
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = ends.fold(none, |(l, h), v| (l.min(v), h.max(v)));
+        let [low, high] = ends(values.filter(|v| axis.shows(*v)).map(of));
         if !low.is_finite() {
             return None;
         }
