@@ -242,7 +242,7 @@ fn put(report: &Report, output: &Output) -> Result<()> {
         })?;
     }
     if let Some(path) = output.junit {
-        save(path, [junit(report)?.as_slice()])?;
+        save(path, [junit(report).as_bytes()])?;
     }
     if let (Some(path), Some((verdict, word))) = (output.badge, report.verdict) {
         write_text(path, &badge(verdict, word))?;

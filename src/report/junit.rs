@@ -1,21 +1,13 @@
 //! JUnit XML, as CI servers read it. What disagrees is a failure, what could not be judged an error; nothing is skipped.
 
-use std::io;
-
-use quick_xml::Writer;
-use quick_xml::events::{BytesDecl, BytesText, Event};
+use maud::{Markup, html};
 
 use super::console::misleads;
 use super::model::{Report, Suite, TestCase};
 use faceoff_judge::Verdict;
-use faceoff_mesh::error::{Error, Result};
 
 /// What a report has judged, as XML.
-///
-/// # Errors
-/// Texts that XML cannot hold.
-pub(super) fn junit(report: &Report) -> Result<Vec<u8>> {
-    let name = format!("faceoff {}", report.command);
+pub(super) fn junit(report: &Report) -> String {
     let mut suites: Vec<&Suite> = report.suites.iter().collect();
     let cases = || report.suites.iter().flat_map(|suite| &suite.cases);
     let verdict = report.verdict.map(|(verdict, _)| verdict);
@@ -25,134 +17,83 @@ pub(super) fn junit(report: &Report) -> Result<Vec<u8>> {
         false => cases().any(|case| !case.verdict.passes()),
     };
     let whole = verdict.filter(|verdict| !is_told(*verdict)).map(|verdict| {
-        let case = TestCase::new(
-            "faceoff",
-            report.command,
-            verdict,
-            report.headline.to_string(),
-        );
-        Suite::new(report.command, [case])
+        let (command, message) = (report.command, report.headline.to_string());
+        let case = TestCase::new("faceoff", command, verdict, message);
+        Suite::new(command, [case])
     });
     suites.extend(&whole);
-    encode(&name, &suites).map_err(|e| Error::Solver {
-        what: format!("no XML can be made of what {name} found: {e}"),
-        remedy: "report this".into(),
-    })
+    encode(&format!("faceoff {}", report.command), &suites)
 }
 
-/// Cases, failures, errors.
-fn counts<'a>(cases: impl Iterator<Item = &'a TestCase>) -> [String; 3] {
-    let mut counts = [0, 0, 0];
-    for case in cases {
-        counts[0] += 1;
-        match case.verdict {
-            Verdict::Agree | Verdict::Conditioned => {}
-            Verdict::Several | Verdict::Disagree => counts[1] += 1,
-            Verdict::Undetermined => counts[2] += 1,
-        }
+/// How a verdict that is no pass is called.
+fn kind(verdict: Verdict) -> Option<&'static str> {
+    match verdict {
+        Verdict::Agree | Verdict::Conditioned => None,
+        Verdict::Several | Verdict::Disagree => Some("failure"),
+        Verdict::Undetermined => Some("error"),
     }
-    counts.map(|count: usize| count.to_string())
 }
 
-fn seconds<'a>(cases: impl Iterator<Item = &'a TestCase>) -> String {
-    let finite = cases.map(|c| c.seconds).filter(|s| s.is_finite());
-    format!("{:.3}", finite.fold(0.0, |sum, s| sum + s))
-}
-
-fn encode(name: &str, suites: &[&Suite]) -> io::Result<Vec<u8>> {
-    let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
-    writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    let all = || suites.iter().flat_map(|suite| &suite.cases);
-    let [tests, failures, errors] = counts(all());
-    let total = [
-        ("name", name),
-        ("tests", &tests),
-        ("failures", &failures),
-        ("errors", &errors),
-        ("time", &seconds(all())),
-    ];
-    writer
-        .create_element("testsuites")
-        .with_attributes(total)
-        .write_inner_content(|writer| {
-            for suite in suites {
-                write_suite(writer, suite)?;
-            }
-            Ok(())
-        })?;
-    let mut bytes = writer.into_inner();
-    bytes.push(b'\n');
-    Ok(bytes)
-}
-
-fn write_suite(writer: &mut Writer<Vec<u8>>, suite: &Suite) -> io::Result<()> {
-    let [tests, failures, errors] = counts(suite.cases.iter());
-    let head = [
-        ("name", clean(&suite.name)),
-        ("tests", tests),
-        ("failures", failures),
-        ("errors", errors),
-        ("skipped", "0".into()),
-        ("time", seconds(suite.cases.iter())),
-    ];
-    let head = head.iter().map(|(key, value)| (*key, value.as_str()));
-    writer
-        .create_element("testsuite")
-        .with_attributes(head)
-        .write_inner_content(|writer| {
-            if !suite.properties.is_empty() {
-                writer
-                    .create_element("properties")
-                    .write_inner_content(|writer| {
-                        for (name, value) in &suite.properties {
-                            writer
-                                .create_element("property")
-                                .with_attributes([("name", *name), ("value", &clean(value))])
-                                .write_empty()?;
-                        }
-                        Ok(())
-                    })?;
-            }
-            for case in &suite.cases {
-                write_case(writer, case)?;
-            }
-            Ok(())
-        })?;
-    Ok(())
-}
-
-fn write_case(writer: &mut Writer<Vec<u8>>, case: &TestCase) -> io::Result<()> {
-    let (class, name) = (clean(&case.class), clean(&case.name));
-    let seconds = format!("{:.3}", case.seconds);
-    let element = writer.create_element("testcase").with_attributes([
-        ("classname", class.as_str()),
-        ("name", &name),
-        ("time", &seconds),
-    ]);
-    let kind = match case.verdict {
-        Verdict::Agree | Verdict::Conditioned => {
-            element.write_empty()?;
-            return Ok(());
-        }
-        Verdict::Undetermined => ("error", case.verdict.word()),
-        Verdict::Several | Verdict::Disagree => ("failure", case.verdict.word()),
+/// Cases, failures, errors, and the seconds of all.
+fn counts(suites: &[&Suite]) -> ([usize; 3], String) {
+    let cases = || suites.iter().flat_map(|suite| &suite.cases);
+    let of = |wanted| {
+        cases()
+            .filter(|case| kind(case.verdict) == Some(wanted))
+            .count()
     };
-    let message = clean(&case.message);
-    element.write_inner_content(|writer| {
-        writer
-            .create_element(kind.0)
-            .with_attributes([("type", kind.1), ("message", &message)])
-            .write_text_content(BytesText::new(&message))?;
-        Ok(())
-    })?;
-    Ok(())
+    let finite = cases().map(|c| c.seconds).filter(|s| s.is_finite());
+    let seconds = finite.fold(0.0, |sum, s| sum + s);
+    (
+        [cases().count(), of("failure"), of("error")],
+        format!("{seconds:.3}"),
+    )
 }
 
-/// Without the characters that XML 1.0 cannot hold, which engines' own messages may have, and with those that mislead shown.
-fn clean(text: &str) -> String {
+fn encode(name: &str, suites: &[&Suite]) -> String {
+    let ([tests, failures, errors], time) = counts(suites);
+    let all = html! {
+        testsuites name=(name) tests=(tests) failures=(failures) errors=(errors) time=(time) {
+            @for suite in suites { "\n  " (of_suite(suite)) }
+            "\n"
+        }
+    };
+    // Without the characters that XML 1.0 cannot hold, which engines' own messages may have, and with those that mislead shown.
     let shown = |c: char| if misleads(c) { '\u{fffd}' } else { c };
     let allowed = |c: &char| matches!(c, '\t' | '\n' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
-    text.chars().filter(allowed).map(shown).collect()
+    let all = all.into_string();
+    let all: String = all.chars().filter(allowed).map(shown).collect();
+    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{all}\n")
+}
+
+fn of_suite(suite: &Suite) -> Markup {
+    let ([tests, failures, errors], time) = counts(&[suite]);
+    html! {
+        testsuite name=(suite.name) tests=(tests) failures=(failures) errors=(errors) skipped="0" time=(time) {
+            @if !suite.properties.is_empty() {
+                "\n    "
+                properties {
+                    @for (name, value) in &suite.properties { "\n      " property name=(name) value=(value) {} }
+                    "\n    "
+                }
+            }
+            @for case in &suite.cases { "\n    " (of_case(case)) }
+            "\n  "
+        }
+    }
+}
+
+fn of_case(case: &TestCase) -> Markup {
+    let (message, word) = (&case.message, case.verdict.word());
+    html! {
+        testcase classname=(case.class) name=(case.name) time=(format!("{:.3}", case.seconds)) {
+            @match kind(case.verdict) {
+                Some("failure") => failure type=(word) message=(message) { (message) },
+                Some(_) => error type=(word) message=(message) { (message) },
+                None => {}
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -178,7 +119,7 @@ mod tests {
                 case(Verdict::Undetermined, "gone"),
             ],
         };
-        let text = String::from_utf8(encode("all", &[&suite]).unwrap()).unwrap();
+        let text = encode("all", &[&suite]);
         assert!(
             text.contains("tests=\"3\" failures=\"1\" errors=\"1\" skipped=\"0\" time=\"0.750\""),
             "{text}"
