@@ -126,14 +126,18 @@ fn state(here: &Here) -> Result<Report<'_>> {
         problem.or(python).map(|what| Text::message(&what))
     ]);
     let head = ["engine", "version", "remark"];
-    report.blocks.push(Table::new("", head).with(rows).into());
+    report
+        .story
+        .rest
+        .push(Table::new("", head).with(rows).into());
     let plan = engine::plan(&INSTALLED);
     if !plan.is_empty() {
         let lines = plan.iter().flat_map(Installation::typed);
         report
-            .blocks
+            .story
+            .rest
             .push(Block::text(text!("`faceoff engines install` would type:")));
-        report.blocks.push(Block::Commands(lines.collect()));
+        report.story.rest.push(Block::Commands(lines.collect()));
     }
     Ok(report)
 }
@@ -194,7 +198,7 @@ fn conforms(checked: &Checked) -> Result<Report<'_>> {
     });
     let head = ["check", "method", "verdict", "difference", "why"];
     let table = Table::new("Small cases with known answers", head).with(rows);
-    report.blocks.push(Block::Page(vec![table.into()]));
+    report.story.rest.push(Block::Page(vec![table.into()]));
     let cases = checked.findings.iter().map(|f| TestCase {
         class: checked.engine.clone(),
         name: titled(f),

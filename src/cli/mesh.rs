@@ -78,7 +78,7 @@ fn done(written: &Written, inputs: Vec<PathBuf>, to: &Output) -> Result<()> {
     report.inputs = inputs;
     let mut blocks = holds(&written.holds);
     blocks.push(Block::list(&written.warnings));
-    report.blocks = vec![Block::Page(blocks)];
+    report.story.rest = vec![Block::Page(blocks)];
     // What is written may be standard output itself.
     let silent = Output {
         quiet: true,

@@ -33,7 +33,7 @@ pub(super) fn run(to: &Output) -> Result<u8> {
         .iter()
         .map(|s| cells![s.name, Text::message(&s.about)]);
     let table = Table::new("", ["scene", "what it is"]).with(rows);
-    report.blocks.push(table.into());
+    report.story.rest.push(table.into());
     deliver(&report, to)?;
     Ok(DONE)
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::certified::Certified;
 use super::html;
-use super::model::{Block, Cell, Report, Todo, percent, short, table};
+use super::model::{Block, Cell, Report, Story, Table, Todo, percent, short, table};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
 use crate::text::number::place;
@@ -115,55 +115,56 @@ pub fn certify<'a>(
     // The rest stands in the lede.
     proved.extend(last);
     let name = told.result.rsplit('/').next().unwrap_or(&told.result);
-    report.claim = match c.percent() {
-        Some(percent) => text!("The error of **{}** is at most {} of ‖∇u‖", name, percent),
-        None => text!(
-            "The error of **{}** is at most {} in the energy norm",
-            name,
-            c.short()
+    let map = move || html::cells(mesh, &certificate.local, "what each cell adds to the bound");
+    let half = c.relative.map(|relative| {
+        let (scene, method) = (&told.scene, &told.method);
+        let asked = format!("{:.1e}", 0.5 * relative);
+        Todo::new(
+            "For a field with half of this bound, on a mesh that is refined where it pays:",
+            [format!(
+                "faceoff solve {scene} --method {method} --accuracy {asked}"
+            )],
+        )
+    });
+    report.story = Story {
+        claim: match c.percent() {
+            Some(percent) => text!("The error of **{}** is at most {} of ‖∇u‖", name, percent),
+            None => text!(
+                "The error of **{}** is at most {} in the energy norm",
+                name,
+                c.short()
+            ),
+        },
+        rests_on: text!(
+            "Proved, whatever made the field: ‖∇u − ∇u_h‖ is between {} and **{}**, and ‖∇u‖ between {} and {}. It is made of misfit {}, contact {} \
+             and oscillation {}.",
+            at_least(c.lower, 3),
+            c.short(),
+            at_least(c.gradient[0], 3),
+            at_most(c.gradient[1], 3),
+            short(parts.misfit),
+            short(parts.contact),
+            short(parts.oscillation)
         ),
+        picture: vec![Block::Beside(vec![
+            ("c6", vec![Block::drawn(map)]),
+            ("c6", vec![Block::Facts(proved)]),
+        ])],
+        next: half.into_iter().collect(),
+        rest: vec![
+            Block::Terminal(vec![Block::facts(facts)]),
+            Block::Page(vec![
+                Block::heading(2, "Where it comes from"),
+                worst(mesh, certificate).into(),
+            ]),
+        ],
     };
-    report.lede = text!(
-        "Proved, whatever made the field: ‖∇u − ∇u_h‖ is between {} and **{}**, and ‖∇u‖ between {} and {}. It is made of misfit {}, contact {} \
-         and oscillation {}.",
-        at_least(c.lower, 3),
-        c.short(),
-        at_least(c.gradient[0], 3),
-        at_most(c.gradient[1], 3),
-        short(parts.misfit),
-        short(parts.contact),
-        short(parts.oscillation)
-    );
-    report.lead.push(Block::Html(Box::new(move || {
-        let map = html::cells(mesh, &certificate.local, "what each cell adds to the bound");
-        Ok(html::beside([("c6", map), ("c6", html::facts(&proved))]))
-    })));
-    let asked = c.relative.map(|r| format!("{:.1e}", 0.5 * r));
-    report.next = asked
-        .map(|asked| {
-            Todo::new(
-                "For a field with half of this bound, on a mesh that is refined where it pays:",
-                [format!(
-                    "faceoff solve {} --method {} --accuracy {asked}",
-                    told.scene, told.method
-                )],
-            )
-        })
-        .into_iter()
-        .collect();
     let what = "A theorem, not an estimate: any field has this bound, of any code; rounding and quadrature are within it.";
     report.notes.push(what.into());
     report.notes.push(text!(
         "The field was read as {}.",
         Text::message(&told.understood.sentence())
     ));
-    report.blocks = vec![
-        Block::Terminal(vec![Block::facts(facts)]),
-        Block::Page(vec![
-            Block::heading(2, "Where it comes from"),
-            worst(mesh, certificate).into(),
-        ]),
-    ];
     report.files.push(Box::new(move |folder| {
         super::write_certified(&folder.join("map.vtu"), case, u, certificate)
     }));
@@ -171,7 +172,7 @@ pub fn certify<'a>(
 }
 
 /// The cells that add most.
-fn worst(mesh: &Triangulation, certificate: &Certificate) -> super::model::Table {
+fn worst(mesh: &Triangulation, certificate: &Certificate) -> Table {
     let local = &certificate.local;
     let all: f64 = local.iter().sum();
     let mut cells: Vec<usize> = (0..local.len()).collect();

@@ -6,14 +6,14 @@ use super::described::worst;
 use super::difference::write_differences;
 use super::html;
 use super::model::{
-    Block, Cell, Report, Suite, Table, TestCase, Todo, count, sentence, table, word,
+    Block, Cell, Report, Story, Suite, Table, TestCase, Todo, Write, count, sentence, table,
 };
 use super::verify::{rests_on, why};
 use crate::engine::unique;
 use crate::text::number::{number, place, size, whole};
 use crate::text::{Number, Text, text};
 use faceoff_judge::{
-    ComparedField, Comparison, Comparisons, Intersection, MatchBy, Norms, On, Part, Verdict,
+    ComparedField, Comparison, Comparisons, Intersection, MatchBy, On, Part, Verdict,
 };
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
@@ -24,33 +24,40 @@ use faceoff_mesh::field::Results;
 /// None but of a broken installation.
 pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<'a>> {
     let question = "faceoff compare: do two results agree, field by field?";
-    let verdict = word(comparison.verdict);
-    let mut report = Report::new("compare", question, verdict, comparison)?;
-    report.verdict = Some((comparison.verdict, verdict));
-    let wrong = comparison
-        .fields
-        .iter()
-        .filter(|f| !f.field.verdict.passes());
-    let wrong: Vec<&ComparedField> = wrong.collect();
+    let verdict = comparison.verdict;
+    let mut report = Report::judging("compare", question, verdict, comparison)?;
+    let wrong = comparison.fields.iter();
+    let wrong: Vec<&ComparedField> = wrong.filter(|f| !f.field.verdict.passes()).collect();
     let farthest = wrong.iter().copied().max_by(|f, g| telling(f, g));
-    report.claim = claim(comparison, &wrong, verdict);
-    report.lede = lede(comparison, &wrong, farthest);
     // A table of keys has no places, and two meshes have none together.
     let has_differences = !a.points.is_empty() && !comparison.differences.is_empty();
-    if let Some(farthest) = farthest {
-        report.next = next(comparison, farthest, has_differences);
-    }
     let shown = farthest.or_else(|| comparison.fields.iter().max_by(|f, g| telling(f, g)));
-    report.lead.extend(shown.map(|of| {
-        Block::Html(Box::new(move || {
-            let compared = html::Compared::new(comparison, a, of);
-            Ok(compared.map_or_else(html::Html::default, |compared| compared.figures()))
-        }))
-    }));
     let map = match comparison.map {
         MatchBy::Vertices => "vertices",
         MatchBy::Coordinates => "coordinates",
         MatchBy::Functions => "nothing: as functions on the intersection of the meshes",
+    };
+    let mut facts = sides(&comparison.a, &comparison.b);
+    facts.push(("matched by", map.into()));
+    let common: Vec<_> = comparison.intersection.iter().flat_map(covered).collect();
+    facts.extend(common.iter().cloned());
+    facts.extend(comparison.notes.iter().map(|note| ("note", note.into())));
+    let about = "A dot is the largest difference of a field; the dashed lines are the tolerances. Norms are relative to the larger one of the two.";
+    let mut page = vec![
+        Block::heading(2, "One row per field"),
+        Block::text(about),
+        Block::drawn(move || html::by_field(comparison)),
+    ];
+    page.extend((!common.is_empty()).then(|| Block::facts(common)));
+    report.story = Story {
+        claim: claim(comparison, &wrong, verdict.word()),
+        rests_on: lede(comparison, &wrong, farthest),
+        picture: Vec::from_iter(shown.map(|of| compared(comparison, a, of))),
+        next: farthest.map_or(Vec::new(), |of| next(comparison, of, has_differences)),
+        rest: vec![
+            Block::Terminal(vec![Block::facts(facts), fields_table(comparison).into()]),
+            Block::Page(page),
+        ],
     };
     report.notes = vec![text!(
         "Agrees where |a − b| ≤ atol + rtol × the largest value of the field; matched by {}. a is `{}`, b is `{}`.",
@@ -58,37 +65,33 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
         &comparison.a,
         &comparison.b
     )];
-    let mut facts = vec![
-        ("a", Text::from(&comparison.a)),
-        ("b", Text::from(&comparison.b)),
-        ("matched by", Text::from(map)),
-    ];
-    let common: Vec<_> = comparison.intersection.iter().flat_map(covered).collect();
-    facts.extend(common.iter().cloned());
-    facts.extend(comparison.notes.iter().map(|note| ("note", note.into())));
-    let about = "A dot is the largest difference of a field; the dashed lines are the tolerances. Norms are relative to the larger one of the two.";
-    report.blocks = vec![
-        Block::Terminal(vec![Block::facts(facts), fields_table(comparison).into()]),
-        Block::Page(vec![
-            Block::heading(2, "One row per field"),
-            Block::text(about),
-            Block::Html(Box::new(move || Ok(html::by_field(comparison)))),
-        ]),
-    ];
-    if !common.is_empty() {
-        report.blocks.push(Block::Page(vec![Block::facts(common)]));
-    }
     let name = format!("{} – {}", comparison.a, comparison.b);
-    report
-        .suites
-        .push(Suite::new(&name, cases(&name, comparison)));
+    report.suites = vec![Suite::new(&name, cases(&name, comparison))];
     report.inputs = [&comparison.a, &comparison.b].map(Into::into).into();
     if has_differences {
-        report.files.push(Box::new(move |folder| {
-            write_differences(&folder.join("differences.vtu"), a, comparison)
-        }));
+        report.files.push(differences(comparison, a));
     }
     Ok(report)
+}
+
+/// A field in both results, drawn.
+pub(super) fn compared<'a>(
+    comparison: &'a Comparison,
+    a: &'a Results,
+    of: &'a ComparedField,
+) -> Block<'a> {
+    Block::drawn(move || {
+        let compared = html::Compared::new(comparison, a, of);
+        compared.map_or_else(html::Html::default, |compared| compared.figures())
+    })
+}
+
+fn differences<'a>(comparison: &'a Comparison, a: &'a Results) -> Write<'a> {
+    Box::new(move |folder| write_differences(&folder.join("differences.vtu"), a, comparison))
+}
+
+fn sides(a: &str, b: &str) -> Vec<(&'static str, Text)> {
+    vec![("a", a.into()), ("b", b.into())]
 }
 
 /// What has values tells more than what is missing, a function more than what is derived from it on cells, and of these the
@@ -105,56 +108,51 @@ fn telling(f: &ComparedField, g: &ComparedField) -> Ordering {
 
 /// Which fields differ, and where.
 fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Text {
-    let mut wrong = wrong.to_vec();
-    wrong.sort_by_key(|f| f.field.verdict == Verdict::Undetermined);
-    let names: Vec<&str> = wrong.iter().map(|f| &*f.field.field).collect();
+    let (known, unknown): (Vec<&ComparedField>, Vec<&ComparedField>) = wrong
+        .iter()
+        .partition(|f| f.field.verdict != Verdict::Undetermined);
+    let names = known.iter().chain(&unknown).map(|f| &*f.field.field);
+    let names: Vec<&str> = names.collect();
     let all = comparison.fields.len();
-    let is_known = |f: &&ComparedField| f.field.verdict != Verdict::Undetermined;
-    if names.len() > 1 && !wrong.iter().any(is_known) {
-        let (first, rest) = (names.iter().take(2), names.len().saturating_sub(2));
-        let first = first.copied().collect::<Vec<_>>().join(", ");
-        return match rest {
-            0 => text!("**{}** cannot be judged", first),
-            rest => text!(
-                "**{}** and {} more of {} fields cannot be judged",
-                first,
-                rest,
-                all
-            ),
-        };
-    }
-    match (&names[..], wrong.first()) {
+    match (&names[..], &known[..]) {
         ([], _) => {
-            let fields = if all == 1 {
-                "one field".into()
-            } else {
-                text!("all {} fields", all)
+            let fields = match all {
+                1 => "one field".into(),
+                _ => text!("all {} fields", all),
             };
-            text!(
-                "{} and {} **{}** in {}",
-                name(&comparison.a),
-                name(&comparison.b),
-                word,
-                fields
-            )
+            let [a, b] = [&comparison.a, &comparison.b].map(|path| name(path));
+            text!("{} and {} **{}** in {}", a, b, word, fields)
         }
-        ([one], of) => match of.map(|of| (&of.field, &of.field.worst)) {
-            Some((field, _)) if field.verdict == Verdict::Undetermined => {
-                text!("**{}** cannot be judged", one)
-            }
-            Some((field, Some(worst))) if field.max_abs != 0.0 && !worst.midpoint.is_empty() => {
-                text!("**{}** differs, most at {}", one, place(&worst.midpoint))
-            }
-            _ => text!("**{}** differs", one),
-        },
-        ([one, two], _) => text!("**{} and {}** differ", one, two),
-        ([one, two, rest @ ..], _) => text!(
-            "**{}, {}** and {} more of {} fields differ",
+        ([one], []) => text!("**{}** cannot be judged", one),
+        ([one, two], []) => text!("**{}, {}** cannot be judged", one, two),
+        ([one, two, rest @ ..], []) => text!(
+            "**{}, {}** and {} more of {} fields cannot be judged",
             one,
             two,
             rest.len(),
             all
         ),
+        ([one], [of, ..]) => {
+            let worst = of.field.worst.as_ref().filter(|_| of.field.max_abs != 0.0);
+            let at = worst
+                .map(|worst| &worst.midpoint)
+                .filter(|at| !at.is_empty());
+            let at = at.map(|at| text!(", most at {}", place(at)));
+            text!("**{}** differs{}", one, at)
+        }
+        _ => text!("{} differ", several(&names, Some(all))),
+    }
+}
+
+/// The first of several names, and how many more there are.
+fn several(names: &[&str], all: Option<usize>) -> Text {
+    let of = all.map(|all| text!(" of {}", all));
+    match names {
+        [one, two] => text!("**{} and {}**", one, two),
+        [one, two, rest @ ..] => {
+            text!("**{}, {}** and {} more{} fields", one, two, rest.len(), of)
+        }
+        _ => names.concat().into(),
     }
 }
 
@@ -176,11 +174,8 @@ fn lede(
                 let values = field.worst.as_ref().map_or(Text::default(), |w| {
                     text!(" There a has {} and b {}.", number(w.a, 6), number(w.b, 6))
                 });
-                let times = field.max_rel / field.tolerance;
-                let times = match times.is_finite() {
-                    true => text!(", {} times the tolerance", number(times, 2)),
-                    false => Text::default(),
-                };
+                let times = Some(field.max_rel / field.tolerance).filter(|t| t.is_finite());
+                let times = times.map(|t| text!(", {} times the tolerance", number(t, 2)));
                 text!("`{}` differs by **{} of its largest value**{}, and beyond it in {} of {} values.{}", &field.field, size(field.max_rel), times, whole(field.beyond), whole(field.faces), values)
             }
         });
@@ -192,11 +187,8 @@ fn lede(
             });
         }
     } else {
-        let largest = comparison
-            .fields
-            .iter()
-            .map(|f| f.field.max_rel)
-            .fold(0.0, f64::max);
+        let sizes = comparison.fields.iter().map(|f| f.field.max_rel);
+        let largest = sizes.fold(0.0, f64::max);
         told.push(match largest {
             0.0 => "All values are the same, to the last bit.".into(),
             largest => text!("The largest difference is **{}** of the largest value of its field. No value is missing, none is not a number.", size(largest)),
@@ -205,42 +197,32 @@ fn lede(
     if comparison.identical {
         told.push("The files have identical bytes.".into());
     }
-    told.extend(
-        comparison
-            .notes
-            .iter()
-            .map(|note| Text::message(&sentence(note))),
-    );
+    let notes = comparison.notes.iter();
+    told.extend(notes.map(|note| Text::message(&sentence(note))));
     Text::joined(told, " ")
 }
 
 /// What to do about fields that differ.
 fn next(comparison: &Comparison, farthest: &ComparedField, has_differences: bool) -> Vec<Todo> {
-    let mut steps = Vec::new();
-    if has_differences {
-        steps.push(Todo::only(text!(
-            "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field."
-        )));
-    }
-    let b = &comparison.b;
-    steps.push(Todo::new(
-        "If both solve a scene that faceoff knows, ask which of the two is wrong, and why:",
-        [format!("faceoff judge {b} --scene SCENE")],
-    ));
-    let field = &farthest.field;
-    if field.reason.is_none() && field.max_rel.is_finite() {
+    let (a, b, field) = (&comparison.a, &comparison.b, &farthest.field);
+    let look = text!(
+        "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field."
+    );
+    let ask = "If both solve a scene that faceoff knows, ask which of the two is wrong, and why:";
+    let allow = (field.reason.is_none() && field.max_rel.is_finite()).then(|| {
         let rtol = 10f64.powf(field.max_rel.log10().ceil());
-        steps.push(Todo::new(
-            format!(
-                "If a difference of {} is as it should be:",
-                size(field.max_rel)
-            ),
-            [format!(
-                "faceoff compare {} {b} --rtol {rtol:.0e}",
-                comparison.a
-            )],
-        ));
-    }
+        let words = format!(
+            "If a difference of {} is as it should be:",
+            size(field.max_rel)
+        );
+        Todo::new(
+            words,
+            [format!("faceoff compare {a} {b} --rtol {rtol:.0e}")],
+        )
+    });
+    let mut steps = Vec::from_iter(has_differences.then(|| Todo::only(look)));
+    steps.push(Todo::new(ask, [format!("faceoff judge {b} --scene SCENE")]));
+    steps.extend(allow);
     steps
 }
 
@@ -263,64 +245,59 @@ fn cases(name: &str, comparison: &Comparison) -> Vec<TestCase> {
 /// None but of a broken installation.
 pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     let question = "faceoff compare: do two results agree, time by time or file by file?";
-    let verdict = word(all.verdict);
-    let mut report = Report::new("compare", question, verdict, all)?;
-    report.verdict = Some((all.verdict, verdict));
-    report.claim = claim_of_many(all, verdict);
-    report.lede = match all.worst() {
-        Some((part, of)) if !part.verdict.passes() && of.field.reason.is_none() => text!(
+    let mut report = Report::judging("compare", question, all.verdict, all)?;
+    let farthest_of = all
+        .worst()
+        .filter(|(part, of)| !part.verdict.passes() && of.field.reason.is_none());
+    let rests_on = farthest_of.map(|(part, of)| {
+        text!(
             "Farthest from agreement is **{}**: `{}` differs by {} of its largest value, {} times the tolerance.",
             part.title(),
             &of.field.field,
             size(of.field.max_rel),
             number(of.factor(), 2)
-        ),
-        _ => Text::default(),
-    };
-    report
-        .lead
-        .push(Block::Html(Box::new(move || Ok(html::steps(all)))));
-    let mut facts = vec![("a", Text::from(&all.a)), ("b", Text::from(&all.b))];
+        )
+    });
+    let mut facts = sides(&all.a, &all.b);
     facts.extend(all.worst().map(|(part, of)| {
         let name = &of.field.field;
-        (
-            "worst",
-            text!("{}, `{}`: {}", part.title(), name, why(&of.field)),
-        )
+        let told = text!("{}, `{}`: {}", part.title(), name, why(&of.field));
+        ("worst", told)
     }));
     facts.extend(all.notes.iter().map(|note| ("note", note.into())));
-    report
-        .blocks
-        .push(Block::Terminal(vec![Block::facts(facts)]));
-    report.blocks.push(parts_table(all).into());
-    report.notes = all
-        .notes
-        .iter()
-        .map(|note| Text::message(&sentence(note)))
-        .collect();
+    let mut rest = vec![
+        Block::Terminal(vec![Block::facts(facts)]),
+        parts_table(all).into(),
+    ];
     if let Some((part, comparison, of_a)) = farthest(all) {
         let shown = comparison.fields.iter().max_by(|f, g| telling(f, g));
-        report.blocks.push(Block::Page(vec![
-            Block::heading(2, format!("Farthest from agreement: {}", part.title())),
-            Block::Html(Box::new(move || {
-                let compared = shown.and_then(|of| html::Compared::new(comparison, of_a, of));
-                Ok(compared.map_or_else(html::Html::default, |compared| {
-                    html::beside([("c9", compared.figures())])
-                }))
-            })),
+        let heading = format!("Farthest from agreement: {}", part.title());
+        let drawn = shown.map(|of| compared(comparison, of_a, of));
+        rest.push(Block::Page(vec![
+            Block::heading(2, heading),
+            Block::Beside(vec![("c9", Vec::from_iter(drawn))]),
         ]));
         if !of_a.points.is_empty() && !comparison.differences.is_empty() {
-            report.files.push(Box::new(move |folder| {
-                write_differences(&folder.join("differences.vtu"), of_a, comparison)
-            }));
+            report.files.push(differences(comparison, of_a));
         }
     }
     for part in all.parts.iter().filter(|part| !part.verdict.passes()) {
         if let Some(comparison) = &part.comparison {
-            report.blocks.push(Block::heading(2, part.title()));
-            report.blocks.push(fields_table(comparison).into());
+            rest.extend([
+                Block::heading(2, part.title()),
+                fields_table(comparison).into(),
+            ]);
         }
     }
+    report.story = Story {
+        claim: claim_of_many(all, all.verdict.word()),
+        rests_on: rests_on.unwrap_or_default(),
+        picture: vec![Block::drawn(move || html::steps(all))],
+        next: Vec::new(),
+        rest,
+    };
+    let notes = all.notes.iter();
+    report.notes = notes.map(|note| Text::message(&sentence(note))).collect();
     let suites = all.parts.iter().map(|part| {
         let title = part.title();
         let cases = match &part.comparison {
@@ -346,10 +323,11 @@ fn claim_of_many(all: &Comparisons, word: &str) -> Text {
     };
     let failed: Vec<&Part> = all.parts.iter().filter(|p| !p.verdict.passes()).collect();
     if failed.is_empty() {
+        let [a, b] = [&all.a, &all.b].map(|path| name(path));
         return text!(
             "{} and {} **{}** in all {}",
-            name(&all.a),
-            name(&all.b),
+            a,
+            b,
             word,
             count(all.parts.len())
         );
@@ -360,22 +338,17 @@ fn claim_of_many(all: &Comparisons, word: &str) -> Text {
             .filter(|f| !f.field.verdict.passes())
             .map(|f| &*f.field.field)
     });
-    let names = unique(fields);
-    let what = match names[..] {
-        [] => {
-            let of = count(all.parts.len());
-            return text!("**{} of {}** could not be compared", failed.len(), of);
-        }
-        [one] => text!("**{}** differs", one),
-        [one, two] => text!("**{} and {}** differ", one, two),
-        [one, two, ..] => text!(
-            "**{}, {}** and {} more fields differ",
-            one,
-            two,
-            names.len() - 2
+    let of = count(all.parts.len());
+    match &unique(fields)[..] {
+        [] => text!("**{} of {}** could not be compared", failed.len(), of),
+        [one] => text!("**{}** differs in {} of {}", one, failed.len(), of),
+        names => text!(
+            "{} differ in {} of {}",
+            several(names, None),
+            failed.len(),
+            of
         ),
-    };
-    text!("{} in {} of {}", what, failed.len(), count(all.parts.len()))
+    }
 }
 
 /// The part that is farthest from agreement, with the first of its results; none where all are equal.
@@ -440,6 +413,13 @@ fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
     ]
 }
 
+/// The difference in L² and in H¹, and of what.
+pub(super) fn norms(of: &ComparedField) -> [Option<String>; 2] {
+    let l2 = of.norms.map(|n| (n.l2, n.l2_scale));
+    let h1 = of.norms.and_then(|n| n.h1.zip(n.h1_scale));
+    [l2, h1].map(|of| of.map(|(norm, scale)| format!("{} of {}", size(norm), size(scale))))
+}
+
 /// One line a field.
 fn fields_table(comparison: &Comparison) -> Table {
     let on = |of: &ComparedField| format!("{:?}", of.on).to_lowercase();
@@ -454,17 +434,13 @@ fn fields_table(comparison: &Comparison) -> Table {
         let remarks: Vec<String> = [what, single, identical].into_iter().flatten().collect();
         (!remarks.is_empty()).then(|| remarks.join("; "))
     };
-    let norm = |of: &ComparedField, pick: fn(&Norms) -> Option<(f64, f64)>| {
-        let (norm, scale) = of.norms.as_ref().and_then(pick)?;
-        Some(format!("{} of {}", size(norm), size(scale)))
-    };
     table!("", &comparison.fields, |of|
         "field" => &of.field.field,
         "on" => on(of),
         "max |a-b|" => of.field.max_abs,
         "relative" => of.field.max_rel,
-        "L2" => norm(of, |n| Some((n.l2, n.l2_scale))),
-        "H1" => norm(of, |n| n.h1.zip(n.h1_scale)),
+        "L2" => norms(of)[0].clone(),
+        "H1" => norms(of)[1].clone(),
         "scale" => of.scale,
         "rtol" => Cell::size(of.rtol),
         "atol" => Cell::size(of.atol),

@@ -1,6 +1,6 @@
 //! Observed orders of results.
 
-use serde::Serialize;
+use std::collections::BTreeMap;
 
 use super::html::{Axis, Chart, Line, Slope, charts};
 use super::model::{Block, Cell, Figure, Report, Table, joined, table};
@@ -8,12 +8,6 @@ use crate::run::convergence::{Convergence, Order};
 use crate::text::number::superscript;
 use crate::text::{Text, text};
 use faceoff_mesh::error::Result;
-
-/// As JSON has it.
-#[derive(Serialize)]
-struct Found<'a> {
-    results: &'a [Convergence],
-}
 
 /// The report of the orders of all fields.
 ///
@@ -32,10 +26,15 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
         "; ",
     );
     let question = "faceoff orders --results: with which order do results converge?";
-    let mut report = Report::new("orders", question, headline, &Found { results: all })?;
-    report.blocks.push(orders_table(all).into());
+    let mut report = Report::new(
+        "orders",
+        question,
+        headline,
+        &[("results", all)].into_iter().collect::<BTreeMap<_, _>>(),
+    )?;
+    report.story.rest.push(orders_table(all).into());
     for of in all {
-        report.blocks.push(levels_table(of).into());
+        report.story.rest.push(levels_table(of).into());
         let picture = Figure {
             name: format!("orders-{}", of.field),
             caption: text!(
@@ -45,7 +44,8 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
             picture: Box::new(|width| charts("errors over h", &panels(of), width)),
         };
         report
-            .blocks
+            .story
+            .rest
             .push(Block::Page(vec![Block::Figure(picture)]));
     }
     report.inputs = all

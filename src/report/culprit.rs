@@ -1,14 +1,10 @@
-//! What is wrong in one sentence, what that rests on, and what to do next.
+//! What is wrong with a field in one sentence, what that rests on, and where to look.
 
-use super::headline::settled;
-use super::model::{count, sentence};
-use crate::campaigns::verify::{VerifyOutcome, telling};
-use crate::engine::unique;
-use crate::run::Failure;
+use super::model::Todo;
 use crate::text::number::{number, place, share, size, whole};
-use crate::text::{Text, at_most, text};
-use crate::why::{self, Diagnosis, Explanation, Findings};
-use faceoff_judge::Verdict;
+use crate::text::{Text, text};
+use crate::why::{self, Explanation, Findings};
+use faceoff_mesh::mesh::Triangulation;
 
 /// `**name:** γ is 1 % too large on one contact face`
 pub(super) fn claim(name: &str, found: &Findings) -> Text {
@@ -114,172 +110,39 @@ pub(super) fn equations(found: &Findings, of: &str) -> Text {
     text!("{} {}", fails, change)
 }
 
-/// A few words for a number of things.
-pub(super) fn counted(number: usize) -> String {
-    let words = [
-        "No", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine",
-    ];
-    words
-        .get(number)
-        .map_or_else(|| whole(number), |word| (*word).to_owned())
-}
-
-/// `a, b and c`
-fn listed(names: &[&str]) -> String {
-    match names {
-        [all @ .., last] if !all.is_empty() => format!("{} and {last}", all.join(", ")),
-        _ => names.concat(),
-    }
-}
-
-/// What stands first on the page of `verify`.
-pub(super) fn claim_of(outcome: &VerifyOutcome, word: &str) -> Text {
-    if let Some((case, engine)) = outcome.culprit() {
-        if case.engines.len() > 1 && case.engines.iter().all(|e| !e.converged) {
-            return text!(
-                "**No code converged** in {}",
-                count(engine.iterations, "step")
-            );
+/// Where the code that is called `name` has what is wrong; with a mesh, what its job folder shows of it.
+pub(super) fn look(found: &Findings, name: &str, job: Option<&Triangulation>) -> Option<Todo> {
+    let culprit = found.culprit();
+    let words = match culprit.filter(|c| c.is_gamma()) {
+        Some(of) => {
+            let spot = match &of.at[..] {
+                [spot] => Some(spot),
+                _ => None,
+            };
+            let on = spot.map(|spot| text!(" of {}", spot.carrier()));
+            let cell = job.zip(spot).and_then(|(mesh, spot)| {
+                let face = mesh.find_face(&spot.vertices)?;
+                Some(text!(
+                    ", whose cell is **{}**",
+                    whole(mesh.face_cells(face)[0] as usize)
+                ))
+            });
+            let given = job.map(|_| text!("; in `job/*/case-0` is what it was given"));
+            text!(
+                "Look where {} makes or reads **γ**{}{}{}.",
+                name,
+                on,
+                cell,
+                given
+            )
         }
-        return match &engine.findings {
-            _ if !engine.finite => {
-                text!("**{}** gives values that are not finite", &engine.engine)
-            }
-            Some(found) if !found.solves() => claim(&engine.engine, found),
-            _ if !engine.converged => {
-                text!(
-                    "**{}** did not converge in {}",
-                    &engine.engine,
-                    count(engine.iterations, "step")
-                )
-            }
-            _ => text!("**{}** does not solve the scheme", &engine.engine),
-        };
-    }
-    if outcome.verdict.passes() {
-        let cases = match outcome.cases.len() {
-            1 => text!("in {}", outcome.cases[0].label()),
-            2 => "in both cases".into(),
-            all => text!("in all {} cases", whole(all)),
-        };
-        let rounding = if word == "agree" { ", to rounding" } else { "" };
-        return text!(
-            "{} codes **{}** {}{}",
-            counted(outcome.engines().len()),
-            word,
-            cases,
-            rounding
-        );
-    }
-    if outcome.verdict == Verdict::Several {
-        return text!("**Several solutions:** no code is wrong, and the scheme has more than one");
-    }
-    if let Some(case) = outcome.differing() {
-        let apart: Vec<&str> = unique(
-            case.pairs
-                .iter()
-                .filter(|p| !p.field.verdict.passes())
-                .flat_map(|p| [&*p.a, &*p.b]),
-        );
-        return text!(
-            "**{}** differ, though each solves the scheme",
-            listed(&apart)
-        );
-    }
-    let silent = unique(outcome.failures.iter().map(|f| &*f.engine));
-    match &silent[..] {
-        [] if outcome.verdict == Verdict::Disagree => {
-            text!("**The certified bounds** of two methods do not fit together")
+        None => {
+            let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
+            let term = culprit.and_then(|c| c.term).or_else(|| suspects.next())?;
+            text!("Look where {} assembles **{}**.", name, why::name(term))
         }
-        [] => text!("**There is nothing to compare**: fewer than two codes answered"),
-        some => text!("**{}** gave no answer", listed(some)),
-    }
-}
-
-/// What the claim rests on.
-pub(super) fn lede_of(
-    outcome: &VerifyOutcome,
-    diagnoses: &[Diagnosis],
-    missing: &[Failure],
-) -> Text {
-    let mut told: Vec<Text> = Vec::new();
-    let fault = outcome.at_fault();
-    if let Some((case, engine)) = outcome.culprit() {
-        match &engine.findings {
-            Some(found) => told.push(equations(found, &case.label())),
-            None => {
-                let lost = engine.answer.u.iter().filter(|u| !u.is_finite()).count();
-                told.push(match lost {
-                    0 => text!(
-                        "In {} the last increment is {}.",
-                        case.label(),
-                        size(engine.increments.last().copied().unwrap_or(f64::NAN))
-                    ),
-                    lost => text!(
-                        "In {} **{} of {} values** are not finite.",
-                        case.label(),
-                        whole(lost),
-                        whole(case.dofs)
-                    ),
-                });
-            }
-        }
-    } else if let Some(why) = settled(outcome) {
-        told.push(text!("{}.", why.capitalised()));
-    } else if let Some(case) = outcome.differing() {
-        let why = diagnoses.iter().map(Diagnosis::sentence).next();
-        let why = why.unwrap_or_else(|| text!("`--diagnose` runs the codes again to see why"));
-        told.push(text!("{}: {}.", case.label(), why));
-    }
-    told.extend(
-        outcome
-            .failures
-            .iter()
-            .chain(missing)
-            .map(|f| Text::message(&sentence(&f.message))),
-    );
-    for (c, _) in telling(&outcome.cross) {
-        if let Some(judged) = c.judged.filter(|j| !j.verdict.passes()) {
-            told.push(text!("{}: {} by {} is certified to {} and {} by {} to {}, where {} is proved to be possible on that mesh.", &c.scene, &c.a.method, &c.a.engine, at_most(judged.bounds[0], 2), &c.b.method, &c.b.engine, at_most(judged.bounds[1], 2), at_most(judged.best, 2)));
-        }
-    }
-    let right: Vec<&str> = outcome
-        .engines()
-        .into_iter()
-        .filter(|name| !fault.contains(name))
-        .collect();
-    let cases = outcome.cases.len();
-    if !outcome.verdict.passes() && !right.is_empty() && differing_only_by(outcome, &fault) {
-        let pairs = outcome.pairs();
-        let among = pairs
-            .filter(|p| right.contains(&&*p.a) && right.contains(&&*p.b))
-            .map(|p| p.field.max_rel);
-        let within = match among.reduce(f64::max) {
-            Some(apart) => text!(", and within {} of each other", size(apart)),
-            None => Text::default(),
-        };
-        let is = if right.len() == 1 { "solves" } else { "solve" };
-        let all = match cases {
-            1 => "it".into(),
-            2 => "both cases".into(),
-            cases => text!("all {} cases", whole(cases)),
-        };
-        told.push(text!(
-            "{} {} {} to rounding{}.",
-            listed(&right),
-            is,
-            all,
-            within
-        ));
-    }
-    Text::joined(told, " ")
-}
-
-/// Do all others agree?
-fn differing_only_by(outcome: &VerifyOutcome, fault: &[&str]) -> bool {
-    let pairs = outcome.pairs();
-    let mut others = pairs.filter(|p| !fault.contains(&&*p.a) && !fault.contains(&&*p.b));
-    others.all(|p| p.field.verdict.passes())
+    };
+    Some(Todo::only(words))
 }
 
 #[cfg(test)]
@@ -293,7 +156,5 @@ mod tests {
         assert_eq!(of(0.9), "10 % too small");
         assert_eq!(of(1.000_001), "too large by 1.0 · 10⁻⁶ of itself");
         assert_eq!(of(1e4), "10 000 times what it should be");
-        assert_eq!(listed(&["a", "b", "c"]), "a, b and c");
-        assert_eq!(listed(&["a"]), "a");
     }
 }

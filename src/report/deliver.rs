@@ -197,7 +197,7 @@ pub fn deliver(report: &Report, output: &Output) -> Result<()> {
     if output.speaks() {
         say(format_args!("{}", text(report)));
         answer(
-            &report.headline.to_string(),
+            &report.headline().to_string(),
             report.verdict.map(|(verdict, _)| verdict),
         );
     }

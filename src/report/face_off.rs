@@ -1,9 +1,10 @@
 //! What `verify` found of a face-off file: codes of one's own on any problem.
 
+use super::compare::{compared, norms};
 use super::described::worst;
 use super::html::{self, Chart, Line};
 use super::model::{
-    Block, Cell, Report, Suite, Table, TestCase, Todo, joined, sentence, table, word,
+    Block, Cell, Report, Story, Suite, Table, TestCase, Todo, joined, sentence, table,
 };
 use super::orders::{over_n, slopes_of};
 use super::verify::why;
@@ -28,54 +29,57 @@ const NOT_JUDGED: &str = "not judged";
 /// None but of a broken installation.
 pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     let question = "faceoff verify: do these codes agree?";
-    let verdict = word(of.verdict);
-    let headline = match unsolved(of) {
-        Some(unsolved) => text!("{}: {}", verdict, unsolved),
-        None => verdict.into(),
-    };
-    let mut report = Report::new("face-off", question, headline, of)?;
-    report.verdict = Some((of.verdict, verdict));
-    report.claim = claim(of, verdict);
-    report.lede = lede(of);
-    report.lead = lead(of);
-    report.next = next(of);
+    let mut report = Report::judging("face-off", question, of.verdict, of)?;
+    let mut rest = Vec::new();
     for field in &of.fields {
         let shown = worst_times(field);
         let more = times_words(field);
         let words = text!("Differences of `{}`{}", &field.field, &more);
-        let table = pairs_table(field, &shown, &more);
-        report.blocks.extend(headed(words, table));
+        rest.push(Block::Titled(words, pairs_table(field, &shown)));
         if shown.len() < field.pairs.len() {
             let all: Vec<&OfPair> = field.pairs.iter().collect();
-            let table = pairs_table(field, &all, " at every time");
             let caption = text!("All times of `{}`", &field.field);
-            let folded = Block::folded(caption, "", vec![table.into()]);
-            report.blocks.push(Block::Page(vec![folded]));
+            let folded = Block::folded(caption, "", vec![pairs_table(field, &all).into()]);
+            rest.push(Block::Page(vec![folded]));
         }
         if !field.orders.is_empty() {
-            let table = orders_table(field);
-            report.blocks.extend(headed(table.caption.clone(), table));
-            let figures = Block::Html(Box::new(move || Ok(order_figures(field))));
-            report.blocks.push(Block::Page(vec![figures]));
+            let times = field
+                .errors_of
+                .map(|times| format!(", of errors at {times}"));
+            let words = text!("Observed orders of `{}`{}", &field.field, times);
+            rest.push(Block::Titled(words, orders_table(field)));
+            let figures = Block::drawn(move || order_figures(field));
+            rest.push(Block::Page(vec![figures]));
         }
     }
-    for number in &of.numbers {
-        let table = number_table(number);
-        report.blocks.extend(headed(table.caption.clone(), table));
+    rest.extend(of.numbers.iter().map(|number| {
+        let exact = number.exact.map(|x| text!(", exact {}", Number::exact(x)));
+        let words = text!("`{}`{}", &number.number, exact);
+        Block::Titled(words, number_table(number))
+    }));
+    if let Some(first) = of.in_form.first() {
+        let words = text!("The results in the form{}", first.level.at());
+        rest.push(Block::Titled(words, in_form_table(&of.in_form)));
     }
-    if !of.in_form.is_empty() {
-        let table = in_form_table(&of.in_form);
-        report.blocks.extend(headed(table.caption.clone(), table));
-    }
-    if let Some(diagnosis) = &of.diagnosis {
-        report.blocks.push(moved_table(diagnosis).into());
-    }
-    report.blocks.extend(headed("Runs", runs_table(&of.runs)));
+    rest.extend(of.diagnosis.iter().map(|of| moved_table(of).into()));
+    rest.push(Block::Titled("Runs".into(), runs_table(&of.runs)));
+    // The map of the pair that is farthest from agreement.
+    let picture = of.shown.iter().filter_map(|(comparison, of_a)| {
+        let shown = comparison.fields.iter().find(|f| f.on != On::Domain)?;
+        Some(compared(comparison, of_a, shown))
+    });
+    report.story = Story {
+        claim: claim(of),
+        rests_on: lede(of),
+        picture: picture.collect(),
+        next: next(of),
+        rest,
+    };
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
         let (a, b) = (&shown.a, &shown.b);
         text!("On the map a is `{}` and b is `{}`.", a, b)
     }));
-    report.suites = suites(of);
+    report.suites = vec![Suite::new(&of.name, cases(of))];
     Ok(report)
 }
 
@@ -104,37 +108,13 @@ fn times_words(of: &OfField) -> String {
     }
 }
 
-/// A table under its heading; on the terminal its caption does.
-fn headed<'a>(words: impl Into<Text>, table: Table) -> [Block<'a>; 2] {
-    let bare = Table {
-        caption: Text::default(),
-        ..table.clone()
-    };
-    [
-        Block::Terminal(vec![table.into()]),
-        Block::Page(vec![Block::heading(2, words), bare.into()]),
-    ]
-}
-
 /// What fails first: a code, a field, an order, a number.
-fn claim(of: &FaceOffOutcome, word: &str) -> Text {
+fn claim(of: &FaceOffOutcome) -> Text {
     if let Some(run) = of.runs.iter().find(|run| run.failure.is_some()) {
         return text!("**{}** gave no result{}", &run.code, run.level.at());
     }
-    let fields = of.fields.iter().filter(|f| !f.verdict.passes());
-    let wrong: Vec<&str> = fields
-        .map(|f| &*f.field)
-        .chain(
-            of.numbers
-                .iter()
-                .filter(|n| !n.verdict.passes())
-                .map(|n| &*n.number),
-        )
-        .collect();
-    if let Some(unsolved) = unsolved(of) {
-        return unsolved;
-    }
-    if let Some(odd) = of.fields.iter().find_map(OfField::odd_one) {
+    let odd = unsolved(of).or_else(|| of.fields.iter().find_map(OfField::odd_one));
+    if let Some(odd) = odd {
         return odd;
     }
     // A code whose order is wrong where another's is right, before what differs as a consequence.
@@ -142,13 +122,22 @@ fn claim(of: &FaceOffOutcome, word: &str) -> Text {
         let observed = observed(order);
         return text!("`{}` of **{}** {}", &order.found.field, &order.of, observed);
     }
+    let fields = of.fields.iter().filter(|f| !f.verdict.passes());
+    let numbers = of.numbers.iter().filter(|n| !n.verdict.passes());
+    let wrong = fields.map(|f| &*f.field).chain(numbers.map(|n| &*n.number));
+    let wrong: Vec<&str> = wrong.collect();
     let low = orders_of(of).find(|o| o.verdict == Some(Verdict::Disagree));
     match (&wrong[..], low) {
         ([], _) => {
             let mut codes: Vec<&str> = of.runs.iter().map(|run| &*run.code).collect();
             codes.sort_unstable();
             codes.dedup();
-            text!("{} **{}** on {}", codes.join(", "), word, &of.name)
+            text!(
+                "{} **{}** on {}",
+                codes.join(", "),
+                of.verdict.word(),
+                &of.name
+            )
         }
         ([_], Some(order)) if !has_differing_pair(of) => {
             text!("**{}** {}", &order.found.field, observed(order))
@@ -156,14 +145,14 @@ fn claim(of: &FaceOffOutcome, word: &str) -> Text {
         ([one], _) if is_untold(of) => {
             text!("**{}** cannot be told to converge on these meshes", one)
         }
-        ([one], _) if of.verdict == Verdict::Undetermined => {
-            text!("**{}** cannot be judged", one)
+        (all, _) => {
+            let does = match (of.verdict, all.len()) {
+                (Verdict::Undetermined, _) => "cannot be judged",
+                (_, 1) => "differs",
+                _ => "differ",
+            };
+            text!("**{}** {}", all.join(", "), does)
         }
-        ([one], _) => text!("**{}** differs", one),
-        (several, _) if of.verdict == Verdict::Undetermined => {
-            text!("**{}** cannot be judged", several.join(", "))
-        }
-        (several, _) => text!("**{}** differ", several.join(", ")),
     }
 }
 
@@ -241,59 +230,44 @@ fn low(of: &OfOrder) -> Option<Text> {
 }
 
 fn lede(of: &FaceOffOutcome) -> Text {
+    let message = |words: &String| Text::message(&sentence(words));
     let mut told: Vec<Text> = Vec::new();
-    if let Some(failure) = of.runs.iter().find_map(|run| run.failure.as_ref()) {
-        told.push(Text::message(&sentence(failure)));
-    }
-    let farthest = farthest(of);
-    if let Some((field, pair)) = farthest {
-        let found = &pair.compared.field;
+    told.extend((!of.about.is_empty()).then(|| message(&of.about)));
+    let failures = of.runs.iter().filter_map(|run| run.failure.as_ref());
+    told.extend(failures.take(1).map(message));
+    if let Some((field, pair)) = farthest(of) {
+        let (found, name, at) = (&pair.compared.field, &field.field, place(pair));
+        let size = size(found.max_rel);
         told.push(match (&found.reason, found.verdict.passes()) {
-            (Some(reason), _) => text!(
-                "`{}`, {} – {}{}: {}.",
-                &field.field,
-                &pair.a,
-                &pair.b,
-                place(pair),
-                reason
-            ),
+            (Some(reason), _) => {
+                text!("`{}`, {} – {}{}: {}.", name, &pair.a, &pair.b, at, reason)
+            }
             (None, true) => text!(
                 "The largest difference is **{}** of its field, in `{}`, {} – {}{}.",
-                size(found.max_rel),
-                &field.field,
+                size,
+                name,
                 &pair.a,
                 &pair.b,
-                place(pair)
+                at
             ),
             (None, false) => text!(
                 "`{}` of {} and {} differs by **{}** of it{}, {} times what is allowed.",
-                &field.field,
+                name,
                 &pair.a,
                 &pair.b,
-                size(found.max_rel),
-                place(pair),
+                size,
+                at,
                 number(pair.compared.factor(), 2)
             ),
         });
     }
-    let wrong = of
-        .in_form
-        .iter()
-        .filter_map(|of| Some((of, &of.wrong()?.sentence)));
+    let wrong = of.in_form.iter();
+    let wrong = wrong.filter_map(|of| Some((of, &of.wrong()?.sentence)));
     told.extend(wrong.map(|(of, words)| text!("`{}`{}: {}.", &of.code, of.level.at(), words)));
-    let orders = of
-        .fields
-        .iter()
-        .flat_map(|f| &f.orders)
-        .filter_map(order_words);
-    told.extend(orders);
-    let missing = of.missing.iter();
-    told.extend(missing.map(|of| Text::message(&sentence(&of.message))));
+    told.extend(orders_of(of).filter_map(order_words));
+    told.extend(of.missing.iter().map(|of| message(&of.message)));
     let findings = of.diagnosis.iter().flat_map(|d| &d.findings);
     told.extend(findings.map(|finding| text!("{}.", finding)));
-    if !of.about.is_empty() {
-        told.insert(0, Text::message(&sentence(&of.about)));
-    }
     Text::joined(told, " ")
 }
 
@@ -312,14 +286,10 @@ fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
 
 /// Is nothing wrong but that orders leave open what is left in the limit?
 fn is_untold(of: &FaceOffOutcome) -> bool {
-    let mut orders = of.fields.iter().flat_map(|f| &f.orders);
+    let mut pairs = of.fields.iter().flat_map(|f| &f.pairs);
     of.verdict == Verdict::Undetermined
-        && orders.any(|order| order.verdict == Some(Verdict::Undetermined))
-        && of
-            .fields
-            .iter()
-            .flat_map(|f| &f.pairs)
-            .all(|pair| pair.compared.field.reason.is_none())
+        && orders_of(of).any(|order| order.verdict == Some(Verdict::Undetermined))
+        && pairs.all(|pair| pair.compared.field.reason.is_none())
 }
 
 /// What is wrong with an order, and what is left in the limit.
@@ -346,18 +316,6 @@ fn order_words(of: &OfOrder) -> Option<Text> {
     Some(all).filter(|all| !all.is_empty())
 }
 
-/// The map of the pair that is farthest from agreement.
-fn lead(of: &FaceOffOutcome) -> Vec<Block<'_>> {
-    let Some((comparison, of_a)) = &of.shown else {
-        return Vec::new();
-    };
-    let shown = comparison.fields.iter().find(|f| f.on != On::Domain);
-    vec![Block::Html(Box::new(move || {
-        let compared = shown.and_then(|field| html::Compared::new(comparison, of_a, field));
-        Ok(compared.map_or_else(html::Html::default, |compared| compared.figures()))
-    }))]
-}
-
 /// What to do about what fails.
 fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     let mut steps = Vec::new();
@@ -367,28 +325,24 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     if of.runs.iter().any(|run| run.failure.is_some()) {
         steps.push(Todo::only("Keep the folders of the runs by --keep DIR; command.txt in each is what was typed, log.txt what it said."));
     }
+    let mut pairs = of.fields.iter().flat_map(|f| &f.pairs);
     let is_wrong = |order: &&OfOrder| order.verdict == Some(Verdict::Disagree);
+    let known = of.in_form.iter();
+    let known = known.filter(|of| of.wrong().and_then(InForm::cause).is_some());
     if let Some(order) = orders_of(of).find(is_wrong) {
-        let has_times = of
-            .fields
-            .iter()
-            .flat_map(|f| &f.pairs)
-            .any(|p| p.t.is_some());
+        let is_of_time = pairs.any(|p| p.t.is_some()) && odd_order(of).is_none();
         let is_constant = order.verdicts == [Some(Verdict::Disagree), Some(Verdict::Agree)];
-        steps.push(Todo::only(match (has_times, is_constant, odd_order(of).is_some()) {
-                (true, _, false) if order.axis == "h" => "The error of the time step does not fall with the mesh: let the step fall with it, by a list under [parameters] as long as n, before looking for another cause.".into(),
-                (_, true, _) => text!("The gradient of `{}` converges as it should and `{}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact.", &order.found.field, &order.found.field),
-                _ => "Refine further to see whether the order rises, and take parts of the form, the data and the element away one by one, in each code whose order is low.".into(),
-            }));
-    } else if let Some(known) = of
-        .in_form
-        .iter()
-        .find(|of| of.wrong().and_then(InForm::cause).is_some())
-    {
-        steps.push(Todo::only(text!(
+        steps.push(Todo::only(match is_of_time && order.axis == "h" {
+            true => "The error of the time step does not fall with the mesh: let the step fall with it, by a list under [parameters] as long as n, before looking for another cause.".into(),
+            false if is_constant => text!("The gradient of `{}` converges as it should and `{}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact.", &order.found.field, &order.found.field),
+            false => "Refine further to see whether the order rises, and take parts of the form, the data and the element away one by one, in each code whose order is low.".into(),
+        }));
+    } else if let Some(known) = known.clone().next() {
+        let words = text!(
             "Mend that in `{}`, or in the form, and run this again.",
             &known.code
-        )));
+        );
+        steps.push(Todo::only(words));
     } else if of.fields.iter().any(|f| f.verdict == Verdict::Disagree) {
         steps.push(Todo::only("Look where the difference enters: on a boundary it is a condition or a group, everywhere a coefficient, a sign or a quadrature rule."));
     }
@@ -426,11 +380,7 @@ fn moved_table(of: &Diagnosis) -> Table {
     )
 }
 
-fn pairs_table(of: &OfField, pairs: &[&OfPair], more: &str) -> Table {
-    let norm = |pair: &OfPair, pick: fn(&Norms) -> Option<(f64, f64)>| {
-        let (norm, scale) = pair.compared.norms.as_ref().and_then(pick)?;
-        Some(format!("{} of {}", size(norm), size(scale)))
-    };
+fn pairs_table(of: &OfField, pairs: &[&OfPair]) -> Table {
     let verdict = |pair: &OfPair| match pair.judged {
         true => Cell::from(pair.compared.field.verdict),
         false => NOT_JUDGED.into(),
@@ -440,21 +390,18 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair], more: &str) -> Table {
         is.then(|| "as functions, since the files have other cells".to_owned())
     };
     let remark = |pair: &OfPair| {
-        pair.compared
-            .field
-            .reason
-            .clone()
-            .or_else(|| as_functions(pair))
+        let reason = pair.compared.field.reason.clone();
+        reason.or_else(|| as_functions(pair))
     };
-    table!(text!("`{}`{}", &of.field, more), pairs, |pair|
+    table!("", pairs, |pair|
         "codes" => format!("{} – {}", pair.a, pair.b),
         "n" => level(&pair.level),
         "t" => pair.t.map(|t| Cell::number(t, short(t).to_string())),
         "max |a-b|" => pair.compared.field.max_abs,
         "relative" => pair.compared.field.max_rel,
         "allowed" => pair.compared.field.tolerance,
-        "L2" => norm(pair, |n| Some((n.l2, n.l2_scale))),
-        "H1" => norm(pair, |n| n.h1.zip(n.h1_scale)),
+        "L2" => norms(&pair.compared)[0].clone(),
+        "H1" => norms(&pair.compared)[1].clone(),
         "worst" => worst(&pair.compared.field),
         "verdict" => verdict(pair),
         "remark" => remark(pair),
@@ -463,8 +410,7 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair], more: &str) -> Table {
 
 /// What the result of each code leaves of the form.
 fn in_form_table(all: &[OfForm]) -> Table {
-    let caption = text!("The results in the form{}", all[0].level.at());
-    table!(caption, all, |of|
+    table!("", all, |of|
         "code" => &of.code,
         "verdict" => of.found.as_ref().map_or(Verdict::Undetermined, |found| found.verdict),
         "residual" => of.found.as_ref().map(|found| found.residual),
@@ -483,14 +429,8 @@ fn orders_table(of: &OfField) -> Table {
         let h1 = order.found.h1.as_ref().map(|h1| (order, "H¹", 1, h1));
         [(order, "L²", 0, &order.found.l2)].into_iter().chain(h1)
     });
-    let times = of.errors_of.map(|times| format!(", of errors at {times}"));
-    let caption = text!(
-        "Observed orders of `{}`{}",
-        &of.field,
-        times.unwrap_or_default()
-    );
     let limit = |order: &OfOrder, k: usize| order.limits[k].map(|limit| limit.words());
-    table!(caption, rows, |(order, norm, k, found)|
+    table!("", rows, |(order, norm, k, found)|
         "of" => &order.of,
         "norm" => norm,
         "against" => order.found.against,
@@ -542,7 +482,6 @@ fn order_figures(of: &OfField) -> html::Html {
 }
 
 fn number_table(of: &OfNumber) -> Table {
-    let exact = of.exact.map(|x| text!(", exact {}", Number::exact(x)));
     let values = |row: &RowOfNumber| {
         let of = |(code, value): (&String, &f64)| text!("{} {}", code, Number::new(*value, 13));
         Text::joined(row.values.iter().map(of), ", ")
@@ -551,7 +490,7 @@ fn number_table(of: &OfNumber) -> Table {
         true => Cell::from(row.verdict),
         false => NOT_JUDGED.into(),
     };
-    table!(text!("`{}`{}", &of.number, exact), &of.rows, |row|
+    table!("", &of.rows, |row|
         "n" => level(&row.level),
         "values" => values(row),
         "verdict" => verdict(row),
@@ -560,62 +499,43 @@ fn number_table(of: &OfNumber) -> Table {
 }
 
 /// A case for every pair, order and number, and for every code that failed.
-fn suites(of: &FaceOffOutcome) -> Vec<Suite> {
-    let mut cases = Vec::new();
-    for run in &of.runs {
-        if let Some(failure) = &run.failure {
-            let name = format!("run of {}{}", run.code, run.level.at());
-            cases.push(TestCase::new(
-                &of.name,
-                name,
-                Verdict::Undetermined,
-                failure.clone(),
-            ));
-        }
-    }
-    cases.extend(of.missing.iter().map(|missing| {
-        let name = format!("run of {}", missing.engine);
-        TestCase::new(
-            &of.name,
-            name,
-            Verdict::Undetermined,
-            missing.message.clone(),
-        )
-    }));
+fn cases(of: &FaceOffOutcome) -> Vec<TestCase> {
+    let test = |name, verdict, why| TestCase::new(&of.name, name, verdict, why);
+    let failed = of.runs.iter().filter_map(|run| {
+        let name = format!("run of {}{}", run.code, run.level.at());
+        Some((name, run.failure.clone()?))
+    });
+    let missing = of.missing.iter();
+    let missing = missing.map(|of| (format!("run of {}", of.engine), of.message.clone()));
+    let silent = failed.chain(missing);
+    let mut cases: Vec<TestCase> = silent
+        .map(|(name, why)| test(name, Verdict::Undetermined, why))
+        .collect();
     for field in &of.fields {
-        for pair in worst_times(field).into_iter().filter(|pair| pair.judged) {
-            let level = pair.level.at();
-            let name = format!("{}, {} – {}{level}", field.field, pair.a, pair.b);
+        let judged = worst_times(field).into_iter().filter(|pair| pair.judged);
+        cases.extend(judged.map(|pair| {
             let found = &pair.compared.field;
+            let at = pair.level.at();
+            let name = format!("{}, {} – {}{at}", field.field, pair.a, pair.b);
             let time = pair.t.map(|t| format!("t = {}: ", short(t)));
             let why = match why(found) {
                 why if why.is_empty() => why,
                 why => time.unwrap_or_default() + &why,
             };
-            cases.push(TestCase::new(&of.name, name, found.verdict, why));
-        }
-        for order in &field.orders {
-            if let Some(verdict) = order.verdict {
-                let name = format!("order of {}, {}", field.field, order.of);
-                cases.push(TestCase::new(
-                    &of.name,
-                    name,
-                    verdict,
-                    order_words(order).unwrap_or_default().to_string(),
-                ));
-            }
-        }
+            test(name, found.verdict, why)
+        }));
+        cases.extend(field.orders.iter().filter_map(|order| {
+            let name = format!("order of {}, {}", field.field, order.of);
+            let why = order_words(order).unwrap_or_default().to_string();
+            Some(test(name, order.verdict?, why))
+        }));
     }
     for number in &of.numbers {
-        for row in number.rows.iter().filter(|row| row.judged) {
+        let judged = number.rows.iter().filter(|row| row.judged);
+        cases.extend(judged.map(|row| {
             let name = format!("{}{}", number.number, row.level.at());
-            cases.push(TestCase::new(
-                &of.name,
-                name,
-                row.verdict,
-                row.reason.clone(),
-            ));
-        }
+            test(name, row.verdict, row.reason.clone())
+        }));
     }
-    vec![Suite::new(&of.name, cases)]
+    cases
 }

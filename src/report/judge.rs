@@ -6,16 +6,16 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::certified::Certified;
-use super::culprit::{claim, equations};
+use super::culprit::{claim, equations, look};
 use super::findings::{gamma, terms, tried, worst};
 use super::html::{self, Put};
 use super::json::csv;
-use super::model::{Block, Report, Suite, TestCase, Todo, short, word};
+use super::model::{Block, Report, Story, Suite, Todo, short};
 use crate::engine::Case;
 use crate::run::foreign::Understood;
 use crate::text::number::{size, whole};
 use crate::text::{Text, text};
-use crate::why::{self, FaceGamma, Findings};
+use crate::why::{FaceGamma, Findings};
 use faceoff_fem::certify::{Certificate, Target};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
@@ -56,6 +56,7 @@ impl Judgement {
         certificate: &Result<Certificate, String>,
     ) -> Self {
         let space = &case.problem.space;
+        let certified = certificate.as_ref().ok();
         Judgement {
             verdict: match findings.solves() {
                 true => Verdict::Agree,
@@ -69,11 +70,8 @@ impl Judgement {
             cells: space.mesh.cell_count(),
             dofs: space.dofs,
             findings,
-            certificate: certificate
-                .as_ref()
-                .ok()
-                .map(|c| Certified::new(Target::UH, c)),
             no_certificate: certificate.as_ref().err().cloned(),
+            certificate: certified.map(|c| Certified::new(Target::UH, c)),
         }
     }
 }
@@ -88,18 +86,12 @@ pub fn judge<'a>(
     u: &'a [f64],
     inputs: Vec<PathBuf>,
 ) -> Result<Report<'a>> {
-    let (found, verdict) = (&told.findings, word(told.verdict));
-    let title = format!(
-        "faceoff judge: {}, {}, {}",
-        told.result, told.scene, told.method
-    );
-    let headline = format!("{verdict}: {} {}", told.result, told.sentence);
-    let headline = match told.verdict {
-        Verdict::Agree => headline,
-        _ => format!("{verdict}: {}: {}", told.result, told.sentence),
-    };
-    let mut report = Report::new("judge", &title, headline, told)?;
-    report.verdict = Some((told.verdict, verdict));
+    let (found, verdict) = (&told.findings, told.verdict.word());
+    let of = format!("{}, {}", told.scene, told.method);
+    let title = format!("faceoff judge: {}, {of}", told.result);
+    let mut report = Report::judging("judge", &title, told.verdict, told)?;
+    let colon = if told.verdict.passes() { "" } else { ":" };
+    report.headline = text!("{}: {}{} {}", verdict, &told.result, colon, &told.sentence);
     report.inputs = inputs;
     let mesh = case.problem.space.mesh;
     report.digests.push(("the mesh".into(), mesh.digest()));
@@ -108,24 +100,6 @@ pub fn judge<'a>(
         (_, because) => format!("none, because {}", because.as_deref().unwrap_or_default()),
     };
     let name = told.name();
-    let of = format!("{}, {}", told.scene, told.method);
-    report.claim = match told.verdict {
-        Verdict::Agree => text!("**{}** solves the scheme, to rounding", name),
-        _ => claim(name, found),
-    };
-    report.lede = match told.verdict {
-        Verdict::Agree => text!(
-            "All **{} equations** of {} hold: the largest residual is {}. Proved besides: {}.",
-            whole(found.rows),
-            of,
-            size(found.residual),
-            told.certificate
-                .as_ref()
-                .map_or(certificate.clone(), Certified::brief)
-        ),
-        _ => equations(found, &of),
-    };
-    report.next = next(told);
     report.notes = vec![text!(
         "Scheme: Burman, Hansbo, Larson 2017, (3.2) and (2.4); γ = {} h. Residual: of each row over the sum of the sizes of its terms. The \
          field was read as {}, written {}.",
@@ -133,7 +107,7 @@ pub fn judge<'a>(
         Text::message(&told.understood.sentence()),
         found.written.words()
     )];
-    let told_facts = || {
+    let facts = || {
         Block::facts([
             ("understood as", Text::message(&told.understood.sentence())),
             ("written", found.written.words().into()),
@@ -141,79 +115,75 @@ pub fn judge<'a>(
             ("certificate", certificate.clone().into()),
         ])
     };
-    let mut terminal = vec![told_facts()];
-    if found.failing > 0 {
-        terminal.extend([worst(&found.worst).into(), terms(&found.terms).into()]);
-    }
+    let rows_that_fail = || match found.failing {
+        0 => Vec::new(),
+        _ => vec![worst(&found.worst).into(), terms(&found.terms).into()],
+    };
+    let mut terminal = vec![facts()];
+    terminal.extend(rows_that_fail());
     if !found.explanations.is_empty() {
         terminal.push(tried(&found.explanations).into());
     }
-    let off = |g: &&FaceGamma| {
-        g.factor
-            .is_some_and(|f| (f - 1.0).abs() > 10.0 * g.uncertain.unwrap_or(0.0))
+    let is_off = |g: &&FaceGamma| {
+        let least = 10.0 * g.uncertain.unwrap_or(0.0);
+        g.factor.is_some_and(|f| (f - 1.0).abs() > least)
     };
-    let off: Vec<&FaceGamma> = found.gamma.iter().filter(off).collect();
+    let off: Vec<&FaceGamma> = found.gamma.iter().filter(is_off).take(FACES).collect();
     if !off.is_empty() {
-        terminal.push(gamma(off.into_iter().take(FACES)).into());
+        terminal.push(gamma(off).into());
     }
-    report.lead.push(Block::Html(Box::new(move || {
-        let put = Put::new(name, &case.problem, u, Some(&told.findings));
-        Ok(html::cause(
-            &put,
-            &format!("{}, {}", told.scene, told.method),
-        ))
-    })));
-    let mut page: Vec<Block> = Vec::new();
-    page.push(Block::Html(Box::new(move || {
-        let put = Put::new(name, &case.problem, u, Some(&told.findings));
-        let is_faulty = !told.verdict.passes();
-        Ok(html::along_one(put, told.findings.limit, is_faulty))
-    })));
+    let put = move || Put::new(name, &case.problem, u, Some(&told.findings));
+    let is_faulty = !told.verdict.passes();
+    let mut page = vec![Block::drawn(move || {
+        html::along_one(put(), told.findings.limit, is_faulty)
+    })];
     if !found.explanations.is_empty() {
         let words = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
         page.extend([
             Block::heading(2, "What was tried"),
-            Block::Text(words.into()),
+            Block::text(words),
+            Block::drawn(|| html::tried(&told.findings.explanations, told.findings.limit)),
         ]);
-        page.push(Block::Html(Box::new(move || {
-            Ok(html::tried(
-                &told.findings.explanations,
-                told.findings.limit,
-            ))
-        })));
     }
-    let mut rest = vec![told_facts()];
+    let mut rest = vec![facts()];
     if found.failing > 0 {
-        rest.push(Block::Html(Box::new(move || {
-            let put = Put::new(name, &case.problem, u, Some(&told.findings));
-            Ok(html::by_term(&put, &told.scene))
-        })));
-        rest.extend([worst(&found.worst).into(), terms(&found.terms).into()]);
+        rest.push(Block::drawn(move || html::by_term(&put(), &told.scene)));
     }
-    page.push(Block::folded(
-        "Rows and terms",
-        "how the file was understood, and what its rows are made of",
-        rest,
-    ));
+    rest.extend(rows_that_fail());
+    let about = "how the file was understood, and what its rows are made of";
+    page.push(Block::folded("Rows and terms", about, rest));
     if !found.gamma.is_empty() {
-        page.push(Block::folded(
-            "γ on every contact face",
-            "",
-            vec![gamma(&found.gamma).into()],
-        ));
+        let all = vec![gamma(&found.gamma).into()];
+        page.push(Block::folded("γ on every contact face", "", all));
     }
-    report.blocks = vec![Block::Terminal(terminal), Block::Page(page)];
-    report.file("rows.csv", || rows(told, case, u));
-    let test = TestCase {
-        title: Some(format!("{} does not solve {}", told.result, told.scene)),
-        ..TestCase::new(
-            &told.scene,
-            format!("{} solves {}", told.result, told.method),
-            told.verdict,
-            told.sentence.to_string(),
-        )
+    let proved = told.certificate.as_ref().map(Certified::brief);
+    report.story = Story {
+        claim: match told.verdict {
+            Verdict::Agree => text!("**{}** solves the scheme, to rounding", name),
+            _ => claim(name, found),
+        },
+        rests_on: match told.verdict {
+            Verdict::Agree => text!(
+                "All **{} equations** of {} hold: the largest residual is {}. Proved besides: {}.",
+                whole(found.rows),
+                &of,
+                size(found.residual),
+                proved.unwrap_or(certificate)
+            ),
+            _ => equations(found, &of),
+        },
+        picture: vec![Block::drawn(move || html::cause(&put(), &of))],
+        next: next(told),
+        rest: vec![Block::Terminal(terminal), Block::Page(page)],
     };
-    report.suites.push(Suite::new(&told.result, [test]));
+    report.file("rows.csv", || rows(told, case, u));
+    let does = [
+        format!("solves {}", told.method),
+        format!("does not solve {}", told.scene),
+    ];
+    let does = [&*does[0], &*does[1]];
+    let (verdict, why) = (told.verdict, told.sentence.to_string());
+    report.suites = vec![Suite::of(&told.result, &told.scene, does, verdict, why)];
     Ok(report)
 }
 
@@ -222,34 +192,12 @@ fn next(told: &Judgement) -> Vec<Todo> {
     if told.verdict.passes() {
         return Vec::new();
     }
-    let found = &told.findings;
-    let culprit = found.culprit();
-    let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
-    let term = culprit.and_then(|c| c.term).or_else(|| suspects.next());
-    let words = match (culprit, term) {
-        (Some(c), _) if c.is_gamma() => Some(match &c.at[..] {
-            [spot] => text!("Look where the code makes **γ** of {}.", spot.carrier()),
-            _ => text!("Look where the code makes **γ**."),
-        }),
-        (_, Some(term)) => Some(text!(
-            "Look where the code assembles **{}**.",
-            why::name(term)
-        )),
-        _ => None,
-    };
-    let mut steps: Vec<Todo> = words.into_iter().map(Todo::only).collect();
-    let scene = &told.scene;
-    steps.push(Todo::new(
-        "Hold against it what this program finds:",
-        [format!(
-            "faceoff solve {scene} --method {} --out u.vtu",
-            told.method
-        )],
-    ));
-    steps.push(Todo::only(text!(
-        "Every row with its terms is in `rows.csv`, beside this page."
-    )));
-    steps
+    let (scene, method) = (&told.scene, &told.method);
+    let again = format!("faceoff solve {scene} --method {method} --out u.vtu");
+    let look = look(&told.findings, "the code", None).into_iter();
+    let rows = text!("Every row with its terms is in `rows.csv`, beside this page.");
+    let hold = Todo::new("Hold against it what this program finds:", [again]);
+    look.chain([hold, Todo::only(rows)]).collect()
 }
 
 /// So many faces a terminal has room for.

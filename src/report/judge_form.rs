@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::json::csv;
-use super::model::{Block, Report, Suite, TestCase, Todo, short, table, word};
+use super::model::{Block, Report, Story, Suite, Table, Todo, short, table};
 use crate::engine::quoted;
 use crate::text::number::{place, whole};
 use crate::text::{Text, text};
@@ -130,112 +130,76 @@ fn called(names: &[(String, bool)], row: &Row) -> String {
 /// # Errors
 /// None but of a broken installation.
 pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'_>> {
-    let verdict = word(told.found.verdict);
-    let title = format!("faceoff judge: {}, {}", told.result, told.form);
-    let name = told.result.rsplit('/').next().unwrap_or(&told.result);
-    let headline = match told.found.verdict {
-        Verdict::Agree => text!(
-            "{}: {} {}",
-            verdict,
-            Text::message(&told.result),
-            &told.found.sentence
-        ),
-        _ => text!(
-            "{}: {}: {}",
-            verdict,
-            Text::message(&told.result),
-            &told.found.sentence
-        ),
-    };
-    let mut report = Report::new("judge form", &title, headline, told)?;
-    report.verdict = Some((told.found.verdict, verdict));
+    let (found, form) = (&told.found, &told.form);
+    let title = format!("faceoff judge: {}, {form}", told.result);
+    let mut report = Report::judging("judge form", &title, found.verdict, told)?;
+    let (result, name) = (
+        Text::message(&told.result),
+        Text::message(told.result.rsplit('/').next().unwrap_or(&told.result)),
+    );
+    let colon = if found.verdict.passes() { "" } else { ":" };
+    let verdict = found.verdict.word();
+    report.headline = text!("{}: {}{} {}", verdict, result, colon, &found.sentence);
     report.inputs = inputs;
-    report.claim = match told.found.verdict {
-        Verdict::Agree => text!(
-            "**{}** solves the form {}, to rounding",
-            Text::message(name),
-            &told.form
-        ),
-        _ => text!(
-            "**{}** does not solve the form {}{}",
-            Text::message(name),
-            &told.form,
-            told.found
-                .cause()
-                .map(|words| text!(", but as if {}", words))
-        ),
-    };
-    report.lede = told.found.sentence.clone();
     report.notes = vec![text!(
         "Residual: F at the result of each row over the sum of the sizes of what it is made of. The fields were written {}; no more than {} counts as \
          rounding.",
-        told.found.written.words(),
-        short(told.found.limit)
+        found.written.words(),
+        short(found.limit)
     )];
-    report.blocks.push(Block::facts([
-        ("written", Text::from(told.found.written.words())),
-        (
-            "residual",
-            text!(
-                "{}: {} of {} rows are above rounding",
-                short(told.found.residual),
-                whole(told.found.failing),
-                whole(told.free)
-            ),
-        ),
-        (
-            "Dirichlet values",
-            match told.found.dirichlet == 0.0 {
-                true => text!("hold exactly"),
-                false => text!(
-                    "off by up to {} of the largest",
-                    short(told.found.dirichlet)
-                ),
-            },
-        ),
-    ]));
-    if !told.worst.is_empty() {
-        let caption = "The rows that are farthest off, with the largest of their terms";
-        report.blocks.push(
-            table!(caption, &told.worst, |row|
-                "row" => &row.unknown,
-                "at" => place(&row.at[..told.dim]),
-                "residual" => row.error,
-                "largest term" => Text::message(row.term.as_deref().unwrap_or_default()),
-            )
-            .into(),
-        );
-    }
-    if !told.held.is_empty() {
-        let caption = "The Dirichlet values that are farthest off";
-        report.blocks.push(
-            table!(caption, &told.held, |row|
-                "dof" => &row.unknown,
-                "at" => place(&row.at[..told.dim]),
-                "off" => row.error,
-            )
-            .into(),
-        );
-    }
-    if !told.found.because.is_empty() {
-        let caption = "What it solves in place of the form";
-        report.blocks.push(
-            table!(caption, &told.found.because, |row|
-                "as if" => row.0.clone(),
-                "explains" => &row.1,
-            )
-            .into(),
-        );
-    }
-    if !told.found.verdict.passes() {
-        report.next = vec![
-            Todo::new(
-                "Hold it against what the codes find:",
-                [format!("faceoff verify --run {}", told.scene)],
-            ),
-            Todo::only(text!("Every row is in `rows.csv`, beside this page.")),
-        ];
-    }
+    let residual = text!(
+        "{}: {} of {} rows are above rounding",
+        short(found.residual),
+        whole(found.failing),
+        whole(told.free)
+    );
+    let dirichlet = match found.dirichlet == 0.0 {
+        true => text!("hold exactly"),
+        false => text!("off by up to {} of the largest", short(found.dirichlet)),
+    };
+    let worst = table!("The rows that are farthest off, with the largest of their terms", &told.worst, |row|
+        "row" => &row.unknown,
+        "at" => place(&row.at[..told.dim]),
+        "residual" => row.error,
+        "largest term" => Text::message(row.term.as_deref().unwrap_or_default()),
+    );
+    let held = table!("The Dirichlet values that are farthest off", &told.held, |row|
+        "dof" => &row.unknown,
+        "at" => place(&row.at[..told.dim]),
+        "off" => row.error,
+    );
+    let because = table!("What it solves in place of the form", &found.because, |row|
+        "as if" => row.0.clone(),
+        "explains" => &row.1,
+    );
+    let tables = [worst, held, because].into_iter();
+    let facts = Block::facts([
+        ("written", Text::from(found.written.words())),
+        ("residual", residual),
+        ("Dirichlet values", dirichlet),
+    ]);
+    let again = Todo::new(
+        "Hold it against what the codes find:",
+        [format!("faceoff verify --run {}", told.scene)],
+    );
+    let rows = Todo::only(text!("Every row is in `rows.csv`, beside this page."));
+    let cause = found.cause().map(|words| text!(", but as if {}", words));
+    report.story = Story {
+        claim: match found.verdict {
+            Verdict::Agree => text!("**{}** solves the form {}, to rounding", name, form),
+            _ => text!("**{}** does not solve the form {}{}", name, form, cause),
+        },
+        rests_on: found.sentence.clone(),
+        picture: Vec::new(),
+        next: match found.verdict.passes() {
+            true => Vec::new(),
+            false => vec![again, rows],
+        },
+        rest: [facts]
+            .into_iter()
+            .chain(tables.filter(|of| !of.rows.is_empty()).map(Table::into))
+            .collect(),
+    };
     report.file("rows.csv", move || {
         let row = |is_held: bool| {
             move |row: &Row| {
@@ -249,15 +213,8 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
         let free = told.found.judged.rows.iter().map(row(false));
         csv("unknown,x,y,z,held,error,residual", free.chain(told.found.judged.held.iter().map(row(true))))
     });
-    let test = TestCase {
-        title: Some(format!("{} does not solve {}", told.result, told.form)),
-        ..TestCase::new(
-            &told.form,
-            format!("{} solves {}", told.result, told.form),
-            told.found.verdict,
-            told.found.sentence.to_string(),
-        )
-    };
-    report.suites.push(Suite::new(&told.result, [test]));
+    let does = [format!("solves {form}"), format!("does not solve {form}")];
+    let (does, why) = ([&*does[0], &*does[1]], found.sentence.to_string());
+    report.suites = vec![Suite::of(&told.result, form, does, found.verdict, why)];
     Ok(report)
 }

@@ -17,7 +17,7 @@ pub(super) fn junit(report: &Report) -> String {
         false => cases().any(|case| !case.verdict.passes()),
     };
     let whole = verdict.filter(|verdict| !is_told(*verdict)).map(|verdict| {
-        let (command, message) = (report.command, report.headline.to_string());
+        let (command, message) = (report.command, report.headline().to_string());
         let case = TestCase::new("faceoff", command, verdict, message);
         Suite::new(command, [case])
     });

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::badge::badge;
 use super::html::history;
 use super::json::visible;
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count};
+use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count, each_once, plain};
 use super::provenance::now;
 use super::verify::{Verified, verify};
 use crate::campaigns::matrix::{Became, Entry, MatrixOutcome, Place, Release, verdict};
@@ -49,17 +49,7 @@ pub fn past(folder: &Path) -> Result<Vec<Past>> {
 
 /// The folder of the page of a scene and method, beside that of the matrix.
 pub fn cell_name(place: &Place) -> String {
-    let plain = |c: char| {
-        if c.is_alphanumeric() || "-_.".contains(c) {
-            c
-        } else {
-            '_'
-        }
-    };
-    format!("{}-{}", place.scene, place.method)
-        .chars()
-        .map(plain)
-        .collect()
+    plain(&format!("{}-{}", place.scene, place.method), '_')
 }
 
 /// The page of each scene and method, as `verify` writes it.
@@ -99,23 +89,17 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
         }
     }
     let title = "faceoff matrix: which releases of which codes agree?";
-    let mut report = Report::new("matrix", title, &headline, outcome)?;
-    report.verdict = Some((outcome.verdict, super::model::word(outcome.verdict)));
-    report.claim = text!("**{}**", headline);
-    report.lede = text!(
+    let mut report = Report::judging("matrix", title, outcome.verdict, outcome)?;
+    report.headline = headline.clone().into();
+    report.story.claim = text!("**{}**", headline);
+    report.story.rests_on = text!(
         "{}, each held against the solver of faceoff on the same meshes, field by field. A number is the largest difference, \
          relative to the field; a line's name leads to all that it rests on.",
         count(outcome.releases.len(), "release")
     );
-    let versions = outcome.releases.iter();
-    report.engines = versions
-        .map(|of| {
-            (
-                of.name.clone(),
-                of.version.clone().unwrap_or("not there".into()),
-            )
-        })
-        .collect();
+    let version = |of: &Release| of.version.clone().unwrap_or("not there".into());
+    let releases = outcome.releases.iter();
+    report.engines = releases.map(|of| (of.name.clone(), version(of))).collect();
     past.push(Past {
         date: now(),
         faceoff: env!("CARGO_PKG_VERSION").into(),
@@ -128,15 +112,15 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
         .collect::<Result<_, _>>()
         .map_err(|e| Error::usage(format!("the history cannot be JSON: {e}"), "report this"))?;
     report.file(HISTORY, move || visible(&(lines.join("\n") + "\n")));
-    report.blocks.push(table(outcome).into());
+    report.story.rest.push(table(outcome).into());
     let sentences = sentences(outcome);
     if !sentences.is_empty() {
-        report.blocks.push(Block::list(sentences));
+        report.story.rest.push(Block::list(sentences));
     }
-    report.blocks.push(Block::Page(vec![
+    report.story.rest.push(Block::Page(vec![
         Block::heading(2, "Every release, run by run"),
         Block::text("● all agree, × something differs, ○ no answer; the latest run stands last."),
-        Block::Html(Box::new(move || Ok(history(&past)))),
+        Block::drawn(move || history(&past)),
     ]));
     for release in &outcome.releases {
         let own: Vec<&Entry> = of(outcome, release).collect();
@@ -206,22 +190,17 @@ fn word(became: Became) -> &'static str {
 
 /// Why, each once.
 fn sentences(outcome: &MatrixOutcome) -> Vec<Text> {
-    let mut said: Vec<(Text, Vec<String>)> = Vec::new();
-    for cell in &outcome.cells {
-        let Some(why) = &cell.why else { continue };
-        let sentence = text!("{} {}: {}", &cell.release, word(cell.became), why);
+    let said = outcome.cells.iter().filter_map(|cell| {
+        let sentence = text!(
+            "{} {}: {}",
+            &cell.release,
+            word(cell.became),
+            cell.why.as_ref()?
+        );
         let place = format!("{}, {}", cell.place.scene, cell.place.method);
-        match said.iter_mut().find(|(known, _)| *known == sentence) {
-            Some((_, places)) => places.push(place),
-            None => said.push((sentence, vec![place])),
-        }
-    }
-    let said = said.into_iter();
-    let told = |(sentence, places): (Text, Vec<String>)| match places.len() {
-        all if all * outcome.releases.len() == outcome.cells.len() => sentence,
-        _ => text!("{} ({})", sentence, places.join("; ")),
-    };
-    said.map(told).collect()
+        Some((sentence, place.into()))
+    });
+    each_once(said, outcome.cells.len() / outcome.releases.len().max(1))
 }
 
 /// What was not refused.

@@ -32,17 +32,17 @@ pub fn info_report<'a>(file: &Path, info: &'a Info, mesh: &'a Mesh) -> Result<Re
     );
     let question = "faceoff mesh info: what is in a file?";
     let mut report = Report::new("mesh info", question, "", info)?;
-    report.blocks.push(Block::text(about));
-    report.blocks.extend(holds(&info.holds));
-    let drawn = Block::Html(Box::new(|| drawn(mesh)));
-    report.blocks.push(Block::Page(vec![drawn]));
+    report.story.rest.push(Block::text(about));
+    report.story.rest.extend(holds(&info.holds));
+    let drawn = Block::Drawn(Box::new(|| drawn(mesh)));
+    report.story.rest.push(Block::Page(vec![drawn]));
     if let [first, .., last] = info.times[..] {
         let count = info.times.len();
         let times = format!("{count}, from {first} to {last}");
-        report.blocks.push(Block::facts([("times", times)]));
+        report.story.rest.push(Block::facts([("times", times)]));
     }
     let warnings = info.warnings.iter().map(|what| format!("warning: {what}"));
-    report.blocks.push(Block::list(warnings));
+    report.story.rest.push(Block::list(warnings));
     report.inputs.push(file.to_owned());
     Ok(report)
 }
@@ -170,8 +170,8 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
     let mut report = Report::new("mesh check", &title, headline, &judged)?;
     report.verdict = Some((verdict, word));
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    report.claim = text!("**{}** is {}", &*name, word);
-    report.lede = match words.is_empty() {
+    report.story.claim = text!("**{}** is {}", &*name, word);
+    report.story.rests_on = match words.is_empty() {
         true => "No cell is inverted, degenerate or there twice, no point is left over, and every boundary face is in a group.".into(),
         false => text!("It has {}.", Text::joined(words.into_iter().map(Text::strong), ", ")),
     };
@@ -187,7 +187,7 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
             "points" => format!("{:?}", f.points),
             "at" => format!("{:?}", f.at),
         );
-        report.blocks.push(found.into());
+        report.story.rest.push(found.into());
     }
     if !content.unread.is_empty() {
         let caption = format!("parts that were not read: {}", content.unread.len());
@@ -195,12 +195,12 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
             "name" => &part.name,
             "what" => &part.what,
         );
-        report.blocks.push(table.into());
+        report.story.rest.push(table.into());
     }
     found
         .quality
         .iter()
-        .for_each(|of| report.blocks.extend(quality(of)));
+        .for_each(|of| report.story.rest.extend(quality(of)));
     let worst = found
         .quality
         .iter()
@@ -208,8 +208,8 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
     let first = kinds.iter().filter(|kind| kind.is_of_cells);
     let first = first.filter_map(|kind| Some(kind.findings.first.first()?.at));
     let worst: Vec<[f64; 3]> = worst.chain(first).collect();
-    let drawn = Block::Html(Box::new(move || located(mesh, &worst)));
-    report.blocks.push(Block::Page(vec![drawn]));
+    let drawn = Block::Drawn(Box::new(move || located(mesh, &worst)));
+    report.story.rest.push(Block::Page(vec![drawn]));
     let (name, message) = (file.display().to_string(), report.headline.to_string());
     let case = TestCase::new("mesh", name, verdict, message);
     report.suites.push(Suite::new("mesh check", [case]));

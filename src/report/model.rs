@@ -8,8 +8,8 @@ use super::html::{Html, Picture};
 use super::json::document;
 pub use super::table::{Cell, Column, Table};
 pub(crate) use super::table::{cells, table};
-use crate::text::Text;
 use crate::text::number::number;
+use crate::text::{Text, text};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -21,18 +21,10 @@ pub struct Report<'a> {
     pub title: String,
     /// Where something is judged: the verdict, and the word for it.
     pub verdict: Option<(Verdict, &'static str)>,
-    /// The answer in one sentence, or in the verdict's word.
+    /// The answer in one sentence; where it is empty, the verdict, and the claim where that is no pass.
     pub headline: Text,
-    /// The same as the page says it, without place and digits. Where it is empty, the headline.
-    pub claim: Text,
-    /// What the answer rests on, in three lines.
-    pub lede: Text,
-    /// What shows it, beside what to do next.
-    pub lead: Vec<Block<'a>>,
-    /// Suggestions, the best first.
-    pub next: Vec<Todo>,
-    /// What was found, top down.
-    pub blocks: Vec<Block<'a>>,
+    /// The answer, and all that it rests on.
+    pub story: Story<'a>,
     /// By which methods, and what numbers mean: the foot of the page.
     pub notes: Vec<Text>,
     /// Engines and their versions.
@@ -47,6 +39,21 @@ pub struct Report<'a> {
     pub files: Vec<Write<'a>>,
     /// The whole as JSON.
     pub json: String,
+}
+
+/// What is told, top down: each part says more than the one before. A terminal has room for the rest, and then the headline.
+#[derive(Default)]
+pub struct Story<'a> {
+    /// The answer as the page says it, without place and digits. Where it is empty, the headline.
+    pub claim: Text,
+    /// What the claim rests on, in three lines.
+    pub rests_on: Text,
+    /// What shows it, beside what to do next.
+    pub picture: Vec<Block<'a>>,
+    /// Suggestions, the best first.
+    pub next: Vec<Todo>,
+    /// What was found, top down.
+    pub rest: Vec<Block<'a>>,
 }
 
 /// What to do next, and what one would type to do it.
@@ -74,16 +81,20 @@ pub enum Block<'a> {
     Facts(Vec<(Text, Text)>),
     /// Words and numbers in columns.
     Table(Table),
+    /// The same under a heading of the page.
+    Titled(Text, Table),
     /// A picture with its caption.
     Figure(Figure<'a>),
     /// Folded on the page until it is asked for: by a name, and what less is said of it.
     Folded([Text; 2], Vec<Block<'a>>),
+    /// Side by side on the page, each over so many of twelve columns.
+    Beside(Vec<(&'static str, Vec<Block<'a>>)>),
     /// What the terminal has no room for.
     Page(Vec<Block<'a>>),
     /// What the page says in another way.
     Terminal(Vec<Block<'a>>),
-    /// A part of a page that is made when there is one.
-    Html(Box<dyn Fn() -> Result<Html> + 'a>),
+    /// A part of a page that is drawn when there is one.
+    Drawn(Box<dyn Fn() -> Result<Html> + 'a>),
 }
 
 /// A picture: in the page, and as NAME.svg beside it.
@@ -99,9 +110,7 @@ pub struct Figure<'a> {
 impl Figure<'_> {
     /// The name of its file, without what would lead out of the folder.
     pub fn file(&self) -> String {
-        let kept = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_');
-        let of = |c| if kept(c) { c } else { '-' };
-        self.name.chars().map(of).collect::<String>() + ".svg"
+        plain(&self.name, '-') + ".svg"
     }
 }
 
@@ -147,11 +156,7 @@ impl<'a> Report<'a> {
             title: title.to_owned(),
             verdict: None,
             headline: headline.into(),
-            claim: Text::default(),
-            lede: Text::default(),
-            lead: Vec::new(),
-            next: Vec::new(),
-            blocks: Vec::new(),
+            story: Story::default(),
             notes: Vec::new(),
             engines: Vec::new(),
             digests: Vec::new(),
@@ -160,6 +165,32 @@ impl<'a> Report<'a> {
             files: Vec::new(),
             json: document(command, result)?,
         })
+    }
+
+    /// The report of something that is judged.
+    ///
+    /// # Errors
+    /// A result that JSON cannot hold.
+    pub fn judging(
+        command: &'static str,
+        title: &str,
+        verdict: Verdict,
+        result: &impl Serialize,
+    ) -> Result<Self> {
+        let mut report = Report::new(command, title, "", result)?;
+        report.verdict = Some((verdict, verdict.word()));
+        Ok(report)
+    }
+
+    /// The answer in one sentence.
+    pub fn headline(&self) -> Text {
+        match self.verdict {
+            Some((verdict, word)) if self.headline.is_empty() => match verdict.passes() {
+                true => word.into(),
+                false => text!("{}: {}", word, &self.story.claim),
+            },
+            _ => self.headline.clone(),
+        }
     }
 
     /// Adds a text file for the folder.
@@ -182,8 +213,8 @@ impl<'a> Report<'a> {
             }
         }
         let mut found = Vec::new();
-        collect(&self.lead, &mut found);
-        collect(&self.blocks, &mut found);
+        collect(&self.story.picture, &mut found);
+        collect(&self.story.rest, &mut found);
         found
     }
 }
@@ -221,6 +252,15 @@ impl TestCase {
 }
 
 impl Suite {
+    /// Of one case: does something do what it should?
+    pub fn of(subject: &str, class: &str, does: [&str; 2], verdict: Verdict, why: String) -> Self {
+        let case = TestCase {
+            title: Some(format!("{subject} {}", does[1])),
+            ..TestCase::new(class, format!("{subject} {}", does[0]), verdict, why)
+        };
+        Suite::new(subject, [case])
+    }
+
     /// Without properties.
     pub fn new(name: impl Into<String>, cases: impl IntoIterator<Item = TestCase>) -> Self {
         Suite {
@@ -231,7 +271,7 @@ impl Suite {
     }
 }
 
-impl Block<'_> {
+impl<'a> Block<'a> {
     /// A paragraph.
     pub fn text(words: impl Into<Text>) -> Self {
         Block::Text(words.into())
@@ -257,6 +297,11 @@ impl Block<'_> {
         let facts = facts.into_iter();
         let facts = facts.map(|(name, fact)| (name.into(), fact.into()));
         Block::Facts(facts.collect())
+    }
+
+    /// A part of the page, which nothing keeps from being drawn.
+    pub fn drawn(draw: impl Fn() -> Html + 'a) -> Self {
+        Block::Drawn(Box::new(move || Ok(draw())))
     }
 }
 
@@ -310,6 +355,29 @@ pub fn sentence(message: &str) -> String {
 /// Words with something between them.
 pub fn joined(words: impl IntoIterator<Item = String>, between: &str) -> String {
     words.into_iter().collect::<Vec<_>>().join(between)
+}
+
+/// As part of a file's name, with this for what would lead elsewhere.
+pub fn plain(name: &str, instead: char) -> String {
+    let kept = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_');
+    let of = |c| if kept(c) { c } else { instead };
+    name.chars().map(of).collect()
+}
+
+/// Each sentence once, with all places where it is said; with none where those are all that there are.
+pub fn each_once(said: impl Iterator<Item = (Text, Text)>, all: usize) -> Vec<Text> {
+    let mut known: Vec<(Text, Vec<Text>)> = Vec::new();
+    for (sentence, place) in said {
+        match known.iter_mut().find(|(known, _)| *known == sentence) {
+            Some((_, places)) => places.push(place),
+            None => known.push((sentence, vec![place])),
+        }
+    }
+    let told = |(sentence, places): (Text, Vec<Text>)| match places.len() {
+        count if count == all => sentence,
+        _ => text!("{} ({})", sentence, Text::joined(places, "; ")),
+    };
+    known.into_iter().map(told).collect()
 }
 
 /// `1 case`, `2 cases`

@@ -1,21 +1,15 @@
 //! Observed orders beside theory.
 
-use serde::Serialize;
+use std::collections::BTreeMap;
 
 use super::html::{self, Axis, Chart, Html, Line, Slope, chart_figure};
-use super::model::{Block, Cell, Report, Table, count, joined, table};
+use super::model::{Block, Cell, Report, Story, Table, count, joined, table};
 use crate::campaigns::orders::{Limit, Orders, Reach};
 use crate::engine::unique;
 use crate::run::Observed;
 use crate::text::{Text, text};
 use faceoff_fem::contact::Errors;
 use faceoff_mesh::error::Result;
-
-/// As JSON has it.
-#[derive(Serialize)]
-struct Found<'a> {
-    orders: &'a [Orders],
-}
 
 /// The report of all orders.
 ///
@@ -44,7 +38,12 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         ),
     };
     let question = "faceoff orders: does every method converge as theory says?";
-    let mut report = Report::new("orders", question, headline, &Found { orders: all })?;
+    let mut report = Report::new(
+        "orders",
+        question,
+        headline,
+        &[("orders", all)].into_iter().collect::<BTreeMap<_, _>>(),
+    )?;
     let h1 = in_norm("H¹", all, |o| {
         let theory = o.theory.as_ref().map(|t| ("", t.h1, t.h1_limited_by));
         (&o.h1, theory, o.h1_verdict, |e| e.h1)
@@ -58,7 +57,7 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         .filter(|o| [o.h1_verdict, o.l2_verdict].contains(&Some(Reach::Below)))
         .map(|o| format!("{} by {}", o.scene, o.method))
         .collect();
-    report.claim = match (known, &below[..]) {
+    let claim = match (known, &below[..]) {
         (0, _) => "Observed orders, of which no theory is known".into(),
         (_, []) => text!(
             "**{} of {}** as theory has them",
@@ -71,35 +70,22 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
             some.join(", ")
         ),
     };
-    report.lede = match known {
-        0 => Text::default(),
-        _ => match (of(Reach::NotSettled), of(Reach::Below)) {
-            (0, 0) => text!(
-                "None is below theory, and all that theory knows are settled on these meshes{}.",
-                open
-            ),
-            (unsettled, below) => {
-                text!(
-                    "{} are not settled on these meshes, {} are below theory{}.",
-                    unsettled,
-                    below,
-                    open
-                )
-            }
-        },
+    let rests_on = match (known, of(Reach::NotSettled), of(Reach::Below)) {
+        (0, ..) => Text::default(),
+        (_, 0, 0) => text!(
+            "None is below theory, and all that theory knows are settled on these meshes{}.",
+            open
+        ),
+        (_, unsettled, below) => text!(
+            "{} are not settled on these meshes, {} are below theory{}.",
+            unsettled,
+            below,
+            open
+        ),
     };
     report.notes.push("Errors are relative to the norms of u; an order is the slope between two meshes, the fit that of the last ones.".into());
-    report
-        .lead
-        .push(Block::Html(Box::new(move || Ok(figures(all)))));
-    report.blocks.push(Block::Page(vec![Block::heading(
-        2,
-        "One row per scene and method",
-    )]));
-    report.blocks.extend([h1.into(), l2.into()]);
-    let levels = all
-        .iter()
-        .flat_map(|o| o.levels.iter().map(move |l| (o, l)));
+    let levels = all.iter();
+    let levels = levels.flat_map(|o| o.levels.iter().map(move |l| (o, l)));
     let levels = table!("Errors relative to the norms of u", levels, |(o, l)|
         "scene" => &o.scene,
         "method" => &o.method,
@@ -110,8 +96,20 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         "L² error" => l.errors.l2,
         "remark" => if l.converged { "" } else { "not converged" },
     );
+    let heading = Block::heading(2, "One row per scene and method");
     let folded = Block::folded("Every mesh", "", vec![levels.into()]);
-    report.blocks.push(Block::Page(vec![folded]));
+    report.story = Story {
+        claim,
+        rests_on,
+        picture: vec![Block::drawn(|| figures(all))],
+        next: Vec::new(),
+        rest: vec![
+            Block::Page(vec![heading]),
+            h1.into(),
+            l2.into(),
+            Block::Page(vec![folded]),
+        ],
+    };
     Ok(report)
 }
 

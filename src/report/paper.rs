@@ -31,7 +31,7 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
         of(None)
     );
     let mut report = Report::new("paper", QUESTION, headline, outcome)?;
-    report.claim = text!(
+    report.story.claim = text!(
         "**{} of {}** of the paper hold{}",
         of(Some(true)),
         count(outcome.statements.len(), "statement"),
@@ -40,13 +40,13 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
             some => format!(", {some} cannot be told"),
         }
     );
-    report.lede = text!(
+    report.story.rests_on = text!(
         "Section 6 of Burman, Hansbo, Larson (2017) again: {}, P2 on {} × {} as the reference, and beside it the mesh-free solution.",
         count(outcome.examples.len(), "example"),
         &outcome.fine,
         &outcome.fine
     );
-    report.blocks.push(Block::text(text!("The penalty-free method on CR (`cr`), γ = {} h with h the cells' diameter, on Union-Jack meshes of n × n squares; errors relative \
+    report.story.rest.push(Block::text(text!("The penalty-free method on CR (`cr`), γ = {} h with h the cells' diameter, on Union-Jack meshes of n × n squares; errors relative \
          to the norms of u: H¹ is ‖∇(u-u_h)‖_h/‖∇u‖. The reference is P2 on {} × {} as in the paper, and beside it the mesh-free solution. \
          The paper states neither γ₀, nor the splitting of its fixed point, nor its start: here γ₀ is the program's own, and Newton's iteration \
          starts from u = 0.", outcome.gamma0.to_string(), &outcome.fine, &outcome.fine)));
@@ -61,20 +61,21 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
         "verdict" => verdict(s.holds),
         "found" => &s.found,
     );
-    report.lead = figures(outcome).into_iter().map(Block::Figure).collect();
-    report.blocks.extend([
+    report.story.picture = figures(outcome).into_iter().map(Block::Figure).collect();
+    report.story.rest.extend([
         Block::heading(2, "What the paper says, and what holds"),
         statements.into(),
     ]);
     report
-        .blocks
+        .story
+        .rest
         .extend(outcome.examples.iter().flat_map(of_example));
     let series = outcome.examples.iter().flat_map(|example| &example.series);
     report.engines = unique(series.map(|of| (of.engine.clone(), of.version.clone())));
-    report.blocks.extend(counts(outcome));
-    report.blocks.extend(theory(outcome));
+    report.story.rest.extend(counts(outcome));
+    report.story.rest.extend(theory(outcome));
     let failures = outcome.failures.iter();
-    report.blocks.extend(
+    report.story.rest.extend(
         failures.map(|f| Block::text(format!("No answer from {}: {}", f.engine, f.message))),
     );
     Ok(report)
@@ -308,8 +309,8 @@ fn reached(iterations: Option<usize>) -> Cell {
 pub fn references(references: &References) -> Result<Report<'_>> {
     let mut report = Report::new("paper reference", QUESTION, "", references)?;
     for (name, known) in &references.0 {
-        report.blocks.push(Block::heading(2, name.clone()));
-        report.blocks.push(Block::facts([
+        report.story.rest.push(Block::heading(2, name.clone()));
+        report.story.rest.push(Block::facts([
             (text!("contact on"), intervals(&known.contact_set, 13)),
             (text!("‖∇u‖²"), format!("{:.12}", known.grad_norm_sq)),
             (text!("‖u‖"), format!("{:.12}", known.l2_norm)),

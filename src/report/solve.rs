@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::certified::{Certified, percent_above};
 use super::html;
-use super::model::{Block, Cell, Report, Todo, count, joined, short, table};
+use super::model::{Block, Cell, Report, Story, Todo, count, joined, short, table};
 use crate::engine::{self, Case, Explanation};
 use crate::run::RESIDUAL_TOLERANCE;
 use crate::text::number::{number, place, size, trimmed, whole};
@@ -302,57 +302,21 @@ pub fn solve<'a>(
     }
     let taken = format!("{:.3} s, {:.0} MB", a.seconds.total, a.peak_rss_mb);
     facts.push(("taken".into(), taken.into()));
-    report.claim = match a.converged {
-        true => text!(
-            "{} is **solved** by {} in {}",
-            &a.scene,
-            &a.method,
-            count(a.iterations, "step")
-        ),
-        false => text!(
-            "{} is **not solved**: the tolerance is not reached in {}",
-            &a.scene,
-            count(a.iterations, "step")
-        ),
-    };
-    let proved = a
-        .certificate
-        .as_ref()
-        .map_or(String::new(), |c| format!(" Proved: {}.", c.brief()));
-    report.lede = text!(
-        "{} unknowns, a residual of **{}**; contact on {}.{}",
-        whole(a.dofs),
-        size(a.residual),
-        contact(&a.contact_set),
-        proved
-    );
-    if !a.converged {
-        report.next = vec![Todo::new(
-            "Allow it more steps:",
-            [format!(
-                "faceoff {} --max-iterations {}",
-                engine::typed(),
-                4 * a.iterations.max(25)
-            )],
-        )];
-    }
-    let (pictures, told) = (about.clone(), facts.clone());
-    report.lead.push(Block::Html(Box::new(move || {
+    let proved = a.certificate.as_ref();
+    let proved = proved.map(|c| text!(" Proved: {}.", c.brief()));
+    let more = (!a.converged).then(|| {
+        let steps = 4 * a.iterations.max(25);
+        let again = format!("faceoff {} --max-iterations {steps}", engine::typed());
+        Todo::new("Allow it more steps:", [again])
+    });
+    let pictures = about.clone();
+    let u_drawn = Block::drawn(move || html::solution(&case.problem, u, &pictures));
+    let newton = Block::drawn(move || {
         let increments = [(a.engine.as_str(), a.increments.as_slice())];
-        let newton = html::newton(
-            &increments,
-            &[],
-            None,
-            text!("**The iteration.** Relative broken H¹ norm of the increment of each step"),
-        );
-        let [u, newton] =
-            [html::solution(&case.problem, u, &pictures), newton].map(|of| ("c4 half", of));
-        Ok(html::beside([u, newton, ("c4", html::facts(&told))]))
-    })));
-    let lines = a.explanation.iter().flat_map(Explanation::lines);
-    let of = Block::text(about.clone());
-    report.blocks = vec![Block::Terminal(vec![of, Block::facts(facts)])];
-    report.blocks.extend(lines.map(Block::text));
+        let caption =
+            text!("**The iteration.** Relative broken H¹ norm of the increment of each step");
+        html::newton(&increments, &[], None, caption)
+    });
     let caption = "The meshes on the way to the accuracy";
     let steps = table!(caption, a.meshes.iter().flatten(), |step|
         "mesh" => words_of(step.way),
@@ -364,11 +328,40 @@ pub fn solve<'a>(
     let warnings = [a.doubt(mesh), no_trace(&case.problem)];
     let mut page: Vec<Block> = warnings.into_iter().flatten().map(Block::text).collect();
     page.extend((!steps.rows.is_empty()).then(|| steps.into()));
-    page.push(Block::Html(Box::new(move || {
+    page.push(Block::drawn(move || {
         let put = html::Put::new(&a.engine, &case.problem, u, None);
-        Ok(html::along_one(put, RESIDUAL_TOLERANCE, false))
-    })));
-    report.blocks.push(Block::Page(page));
+        html::along_one(put, RESIDUAL_TOLERANCE, false)
+    }));
+    let terminal = vec![Block::text(about), Block::Facts(facts.clone())];
+    let mut rest = vec![Block::Terminal(terminal)];
+    let lines = a.explanation.iter().flat_map(Explanation::lines);
+    rest.extend(lines.map(Block::text));
+    rest.push(Block::Page(page));
+    let taken = count(a.iterations, "step");
+    report.story = Story {
+        claim: match a.converged {
+            true => text!("{} is **solved** by {} in {}", &a.scene, &a.method, taken),
+            false => text!(
+                "{} is **not solved**: the tolerance is not reached in {}",
+                &a.scene,
+                taken
+            ),
+        },
+        rests_on: text!(
+            "{} unknowns, a residual of **{}**; contact on {}.{}",
+            whole(a.dofs),
+            size(a.residual),
+            contact(&a.contact_set),
+            proved
+        ),
+        picture: vec![Block::Beside(vec![
+            ("c4 half", vec![u_drawn]),
+            ("c4 half", vec![newton]),
+            ("c4", vec![Block::Facts(facts)]),
+        ])],
+        next: more.into_iter().collect(),
+        rest,
+    };
     report.files.push(Box::new(move |folder| {
         let path = folder.join(format!("{}.vtu", a.scene));
         super::write_solution(&path, case, u, &a.engine, &a.version, certificate)

@@ -4,7 +4,9 @@ use serde_json::json;
 
 use super::html::{Map, Spot};
 use super::json::{Judged, csv};
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, cells, count, joined, table};
+use super::model::{
+    Block, Cell, Report, Suite, Table, TestCase, cells, count, each_once, joined, table,
+};
 use crate::campaigns::stress::{self, Behaviour, StressOutcome};
 use crate::engine::unique;
 use crate::text::number::number;
@@ -32,15 +34,8 @@ const LEGEND: [(&str, &str); 7] = [
 /// # Errors
 /// None but of a broken installation.
 pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
-    let those =
-        |of: fn(&Behaviour) -> bool| outcome.entries.iter().filter(|c| of(&c.verdict)).count();
-    let wrong = those(Behaviour::is_wrong);
-    let headline = format!(
-        "{} hold, {} degrade, {} refuse, {wrong} wrong",
-        those(|v| *v == Behaviour::Holds),
-        those(|v| matches!(v, Behaviour::Degrades { .. })),
-        those(|v| matches!(v, Behaviour::Refuses { .. })),
-    );
+    let [hold, degrade, refuse, wrong] = counts(outcome);
+    let headline = format!("{hold} hold, {degrade} degrade, {refuse} refuse, {wrong} wrong");
     let (verdict, word) = match wrong {
         0 => (Verdict::Agree, "nothing wrong"),
         _ => (Verdict::Disagree, "wrong"),
@@ -52,7 +47,7 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     let mut report = Report::new("stress", "faceoff stress: what breaks?", headline, &found)?;
     report.verdict = Some((verdict, word));
     let all = outcome.entries.len();
-    report.claim = match wrong {
+    report.story.claim = match wrong {
         0 => text!("**Nothing is wrong** in {}", count(all, "trial")),
         _ => text!(
             "**{} of {} answers are wrong** and claim to be right",
@@ -60,18 +55,18 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
             all
         ),
     };
-    report.lede = behaviours(outcome);
+    report.story.rests_on = behaviours(outcome);
     report.engines = outcome.engines.clone();
     report.notes = vec![text!(HOW), text!(AMPLIFIED)];
-    let drawn = Block::Html(Box::new(move || Ok(map_of(outcome).html())));
-    report.blocks.push(Block::Page(vec![
+    let drawn = Block::drawn(|| map_of(outcome).html());
+    report.story.rest.push(Block::Page(vec![
         Block::heading(2, "What became of each extreme"),
         drawn,
     ]));
     for (engine, version) in &outcome.engines {
         report.suites.push(suite(outcome, engine));
         let name = format!("{engine} {version}");
-        report.blocks.push(Block::Terminal(vec![
+        report.story.rest.push(Block::Terminal(vec![
             Block::heading(2, name.clone()),
             map(outcome, engine, became).into(),
         ]));
@@ -79,9 +74,10 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
         if !sentences.is_empty() {
             let title = format!("What {name} refuses, and how");
             report
-                .blocks
+                .story
+                .rest
                 .push(Block::Page(vec![Block::heading(2, title)]));
-            report.blocks.push(Block::list(sentences));
+            report.story.rest.push(Block::list(sentences));
         }
     }
     let folded = Block::folded(
@@ -89,14 +85,14 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
         count(all, "trial"),
         vec![numbers(outcome).into()],
     );
-    report.blocks.push(Block::Page(vec![folded]));
+    report.story.rest.push(Block::Page(vec![folded]));
     report.file("map.csv", || cells_csv(outcome));
     Ok(report)
 }
 
 /// What became of the trials.
 fn behaviours(outcome: &StressOutcome) -> Text {
-    let of = |is: fn(&Behaviour) -> bool| outcome.entries.iter().filter(|c| is(&c.verdict)).count();
+    let [hold, degrade, refuse, _] = counts(outcome);
     let worst = outcome.entries.iter().filter_map(|c| match c.verdict {
         Behaviour::Degrades { factor } => Some((factor, c)),
         _ => None,
@@ -113,11 +109,25 @@ fn behaviours(outcome: &StressOutcome) -> Text {
     });
     text!(
         "**{}** hold their accuracy, {} degrade, {} are refused in words.{}",
-        of(|v| *v == Behaviour::Holds),
-        of(|v| matches!(v, Behaviour::Degrades { .. })),
-        of(|v| matches!(v, Behaviour::Refuses { .. })),
+        hold,
+        degrade,
+        refuse,
         worst
     )
+}
+
+/// Those that hold, degrade, refuse and are wrong.
+fn counts(outcome: &StressOutcome) -> [usize; 4] {
+    let mut counts = [0; 4];
+    for entry in &outcome.entries {
+        counts[match entry.verdict {
+            Behaviour::Holds => 0,
+            Behaviour::Degrades { .. } => 1,
+            Behaviour::Refuses { .. } => 2,
+            Behaviour::Wrong { .. } => 3,
+        }] += 1;
+    }
+    counts
 }
 
 fn entries<'a>(
@@ -286,22 +296,18 @@ fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> Strin
 
 /// Each sentence once, with the places where it was said.
 fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<Text> {
-    let mut said: Vec<(Text, Vec<Text>)> = Vec::new();
-    for cell in entries(outcome, engine) {
+    let said = entries(outcome, engine).filter_map(|cell| {
         let sentence = match &cell.verdict {
             Behaviour::Refuses { sentence } => text!("refuses: {}", sentence),
             Behaviour::Wrong { why } => text!("wrong: {}", why),
-            _ => continue,
+            _ => return None,
         };
-        let place = text!("{} {} {}", cell.family, &cell.value, &cell.method);
-        match said.iter_mut().find(|(known, _)| *known == sentence) {
-            Some((_, places)) => places.push(place),
-            None => said.push((sentence, vec![place])),
-        }
-    }
-    let said = said.into_iter();
-    said.map(|(sentence, places)| text!("{} ({})", sentence, Text::joined(places, "; ")))
-        .collect()
+        Some((
+            sentence,
+            text!("{} {} {}", cell.family, &cell.value, &cell.method),
+        ))
+    });
+    each_once(said, usize::MAX)
 }
 
 /// A refusal in words is no failure; an answer that is none is.

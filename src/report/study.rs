@@ -58,14 +58,14 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
         [first, _, ..] => format!(" on {first}"),
         _ => String::new(),
     };
-    report.claim = claim(&outcome.advice, &about)
+    report.story.claim = claim(&outcome.advice, &about)
         .or_else(|| least(outcome))
         .unwrap_or_else(|| "No error is known of what was measured".into());
     let left_out = match outcome.left_out.len() {
         0 => "nothing".to_owned(),
         some => count(some, "measurement"),
     };
-    report.lede = text!(
+    report.story.rests_on = text!(
         "{} of {}: {} of {} s were spent, {} left out.",
         count(outcome.rows.len(), "measurement"),
         scenes.join(", "),
@@ -76,19 +76,17 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     let first = scenes
         .first()
         .and_then(|scene| figures::work(outcome, scene));
-    report.lead.extend(first.map(Block::Figure));
+    report.story.picture.extend(first.map(Block::Figure));
     report.notes.push(text!(HOW));
     for (k, scene) in scenes.into_iter().enumerate() {
-        report.blocks.extend(of_scene(outcome, scene, k == 0));
+        report.story.rest.extend(of_scene(outcome, scene, k == 0));
     }
     if !outcome.left_out.is_empty() {
         let left_out = outcome.left_out.iter();
         let left_out = left_out.map(|left| format!("{}: {}", left.what, left.why));
-        report.blocks.push(Block::Page(vec![Block::folded(
-            "What was left out",
-            count(outcome.left_out.len(), "measurement"),
-            vec![Block::list(left_out)],
-        )]));
+        let many = count(outcome.left_out.len(), "measurement");
+        let folded = Block::folded("What was left out", many, vec![Block::list(left_out)]);
+        report.story.rest.push(Block::Page(vec![folded]));
     }
     report.file("rows.csv", || rows_csv(&outcome.rows));
     Ok(report)
@@ -154,20 +152,18 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Ve
     if advice.count() > 0 {
         page.push(Block::heading(3, "What an accuracy costs"));
         page.push(Block::text(text!(ADVICE)));
-        page.push(Block::Html(Box::new(move || {
-            Ok(costs(&outcome.advice, scene))
-        })));
+        page.push(Block::drawn(move || costs(&outcome.advice, scene)));
     }
     let gamma = figures::gamma(outcome, scene).map(Block::Figure);
     let found = outcome.gammas.iter().filter(|g| g.scene == scene);
     let found = found.map(gamma_sentence);
     let mut gammas = vec![Block::list(found)];
     gammas.extend(gamma);
-    let mut section = |title: &str, text: Text, more: Vec<Block<'a>>, table: Table| {
+    let mut section = |title: &str, text: &str, more: Vec<Block<'a>>, table: Table| {
         if !table.rows.is_empty() {
             let table = table.known();
             page.push(Block::heading(3, title));
-            page.extend((!text.is_empty()).then(|| Block::text(text)));
+            page.extend((!text.is_empty()).then(|| Block::text(Text::message(text))));
             page.extend(more);
             page.push(match table.rows.len() {
                 0..=LONG => table.into(),
@@ -176,32 +172,22 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Ve
         }
     };
     let unbeaten = "What nothing beats in both time and error";
-    section(unbeaten, Text::default(), vec![], front(outcome, scene));
-    section("Exponents", text!(RATES), vec![], rates(outcome, scene));
+    section(unbeaten, "", vec![], front(outcome, scene));
+    section("Exponents", RATES, vec![], rates(outcome, scene));
     section(
         "Beyond this machine",
-        text!(SCALING),
+        SCALING,
         vec![],
         scaling(outcome, scene),
     );
-    section(
-        "What is wasted",
-        text!(WASTE),
-        vec![],
-        waste(outcome, scene),
-    );
+    section("What is wasted", WASTE, vec![], waste(outcome, scene));
     section(
         "γ₀ \"large enough\"",
-        text!(GAMMAS),
+        GAMMAS,
         gammas,
         gamma_table(outcome, scene),
     );
-    section(
-        "Solver and precision",
-        Text::default(),
-        vec![],
-        solvers(outcome, scene),
-    );
+    section("Solver and precision", "", vec![], solvers(outcome, scene));
     let mut told = vec![Block::text(scene.to_owned())];
     told.extend(sentences.into_iter().map(Block::text));
     vec![Block::Terminal(told), Block::Page(page)]

@@ -5,12 +5,13 @@ use std::fmt::Write as _;
 use comfy_table::{CellAlignment, ContentArrangement, presets};
 
 use super::model::{Block, Report, Table};
+use crate::text::Text;
 
 /// All that a terminal has room for, but the answer, which stands last.
 pub fn text(report: &Report) -> String {
     let mut text = String::new();
     // What is written to a string is never lost.
-    let _ = write(&mut text, &report.blocks);
+    let _ = write(&mut text, &report.story.rest);
     text
 }
 
@@ -37,26 +38,23 @@ fn write(text: &mut String, blocks: &[Block]) -> std::fmt::Result {
                     writeln!(text, "  {name:<width$}  {fact}")?;
                 }
             }
-            Block::Table(table) => write_table(text, table)?,
+            Block::Table(table) => write_table(text, &table.caption, table)?,
+            Block::Titled(words, table) => write_table(text, words, table)?,
             Block::Folded([name, about], inner) => {
-                let about = if about.is_empty() {
-                    "".into()
-                } else {
-                    format!(" · {about}")
-                };
-                writeln!(text, "{name}{about}")?;
+                let dot = if about.is_empty() { "" } else { " · " };
+                writeln!(text, "{name}{dot}{about}")?;
                 write(text, inner)?;
             }
             Block::Terminal(inner) => write(text, inner)?,
-            Block::Figure(_) | Block::Page(_) | Block::Html(_) => {}
+            Block::Figure(_) | Block::Beside(_) | Block::Page(_) | Block::Drawn(_) => {}
         }
     }
     Ok(())
 }
 
-fn write_table(text: &mut String, table: &Table) -> std::fmt::Result {
-    if !table.caption.is_empty() {
-        writeln!(text, "{}", table.caption)?;
+fn write_table(text: &mut String, caption: &Text, table: &Table) -> std::fmt::Result {
+    if !caption.is_empty() {
+        writeln!(text, "{caption}")?;
     }
     let mut shown = comfy_table::Table::new();
     shown.load_style(presets::NOTHING);

@@ -1,13 +1,12 @@
 //! What `verify` found.
 
+mod story;
+
 use serde::Serialize;
 
-use super::culprit::{claim_of, lede_of};
 use super::described::{sizes, versions, worst};
-use super::headline::{headline, overview};
 use super::html::{Run, Spread, tolerances};
-use super::model::{Block, Cell, Report, Suite, Table, TestCase, exact, short, table, word};
-use super::next::next_of;
+use super::model::{Block, Cell, Report, Story, Suite, Table, TestCase, exact, short, table, word};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Source, VerifyOutcome, telling};
 use crate::engine::{Explanation, label, unique};
 use crate::run::{Failure, RESIDUAL_TOLERANCE};
@@ -66,33 +65,71 @@ pub fn verify(verified: Verified) -> Result<Report> {
         explain,
         verbose,
     } = verified;
-    let explanations = match explain {
-        true => explained(outcome),
-        false => Vec::new(),
-    };
-    let headline = headline(outcome, diagnoses);
+    let told = story::told(outcome, diagnoses, missing);
+    let said = [Text::from(word(outcome.verdict)), told.sentence];
+    let sentence = Text::joined(said.into_iter().filter(|words| !words.is_empty()), ": ");
     let found = Found {
-        sentence: &headline,
+        sentence: &sentence,
         outcome,
         diagnoses,
-        explanations: &explanations,
+        explanations: &if explain {
+            explained(outcome)
+        } else {
+            Vec::new()
+        },
     };
     let question = "faceoff: do the codes agree, face by face?";
-    let verdict = word(outcome.verdict);
-    let mut report = Report::new("verify", question, &headline, &found)?;
-    report.verdict = Some((outcome.verdict, verdict));
-    report.claim = claim_of(outcome, verdict);
-    report.lede = lede(outcome, diagnoses, missing)?;
-    report.next = next_of(outcome);
-    report.notes = notes(outcome);
+    let mut report = Report::judging("verify", question, outcome.verdict, &found)?;
     let run = Run { outcome, diagnoses };
     let agrees = outcome.verdict.passes();
-    report.lead.push(Block::Html(Box::new(move || match agrees {
+    let picture = move || match agrees {
         true => run.agreeing(),
         false => run.hero(),
-    })));
+    };
+    let terminal = of_terminal(&found, verbose);
+    report.headline = sentence;
+    let because = match agrees {
+        true => [spread(outcome)?, told.because],
+        false => [Text::default(), told.because],
+    };
+    let mut page = Vec::new();
+    if !agrees {
+        page.push(Block::Drawn(Box::new(move || run.details())));
+    }
+    let mut rest = Vec::new();
+    if !outcome.cross.is_empty() {
+        rest.push(methods(outcome).into());
+    }
+    rest.push(Block::drawn(move || run.rest()));
+    page.push(Block::folded(
+        "Every pair and field",
+        "what was compared, and how each case is posed",
+        rest,
+    ));
+    report.story = Story {
+        claim: told.claim,
+        rests_on: Text::joined(because.into_iter().filter(|w| !w.is_empty()), " "),
+        picture: vec![Block::Drawn(Box::new(picture))],
+        next: told.next,
+        rest: vec![Block::Terminal(terminal), Block::Page(page)],
+    };
+    report.notes = notes(outcome);
     report.suites = suites(outcome, missing);
+    for case in &outcome.cases {
+        let name = format!("the mesh of {}", case.label());
+        report.digests.push((name, case.mesh_digest.clone()));
+    }
+    let engines = outcome.answers();
+    report.engines = unique(engines.map(|e| (e.engine.clone(), e.version.clone())));
+    report
+        .files
+        .push(Box::new(move |folder| super::write_fields(folder, outcome)));
+    Ok(report)
+}
 
+/// What a terminal has room for: the case that shows what is wrong, or all of them.
+fn of_terminal<'a>(found: &Found, verbose: bool) -> Vec<Block<'a>> {
+    let outcome = found.outcome;
     let mut told = Vec::new();
     if !verbose {
         told.push(overview(outcome).into());
@@ -102,7 +139,7 @@ pub fn verify(verified: Verified) -> Result<Report> {
         let is_shown = shown.is_some_and(|(of, _)| std::ptr::eq(of, case));
         if verbose || is_shown {
             told.push(Block::text(format!("{}: {}", case.label(), sizes(case))));
-            told.extend([engines(case, "").into(), pairs(case).into()]);
+            told.extend([engines(case).into(), pairs(case).into()]);
         }
     }
     let judged = outcome.cross.iter().filter_map(|c| Some(c.judged?.verdict));
@@ -111,49 +148,20 @@ pub fn verify(verified: Verified) -> Result<Report> {
     }
     let failures = outcome.failures.iter();
     told.extend(failures.map(|f| Block::text(format!("no answer from {}", f.engine))));
-    for e in &explanations {
+    for e in found.explanations {
         told.push(Block::text(format!("{}:", label(e.scene, e.method, e.n))));
         let lines = e.explanation.lines().into_iter();
         told.extend(lines.map(|line| Block::text(text!("  {}", line))));
     }
-    told.extend(diagnoses.iter().map(|d| {
+    told.extend(found.diagnoses.iter().map(|d| {
         let about = label(&d.scene, &d.method, d.n);
         Block::text(text!("{}: {} – {}: {}", about, &d.a, &d.b, d.sentence()))
     }));
-
-    let mut page = Vec::new();
-    if !agrees {
-        page.push(Block::Html(Box::new(move || run.details())));
-    }
-    let mut rest = Vec::new();
-    if !outcome.cross.is_empty() {
-        rest.push(methods(outcome).into());
-    }
-    rest.push(Block::Html(Box::new(move || Ok(run.rest()))));
-    page.push(Block::folded(
-        "Every pair and field",
-        "what was compared, and how each case is posed",
-        rest,
-    ));
-    for case in &outcome.cases {
-        let name = format!("the mesh of {}", case.label());
-        report.digests.push((name, case.mesh_digest.clone()));
-    }
-    let engines = outcome.answers();
-    report.engines = unique(engines.map(|e| (e.engine.clone(), e.version.clone())));
-    report.blocks = vec![Block::Terminal(told), Block::Page(page)];
-    report
-        .files
-        .push(Box::new(move |folder| super::write_fields(folder, outcome)));
-    Ok(report)
+    told
 }
 
-/// What the claim rests on.
-fn lede(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -> Result<Text> {
-    let told = lede_of(outcome, diagnoses, missing);
-    if !outcome.verdict.passes() {
-        return Ok(told);
-    }
+/// How well all agree.
+fn spread(outcome: &VerifyOutcome) -> Result<Text> {
     let points = outcome.cases.iter().filter_map(|case| {
         let status = case.fields.first()?.column("status")?;
         Some(status.values.len())
@@ -168,7 +176,7 @@ fn lede(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -
             whole(flips)
         ),
     };
-    let words = [Spread::new(outcome)?.words(), contact, told];
+    let words = [Spread::new(outcome)?.words(), contact];
     Ok(Text::joined(
         words.into_iter().filter(|w| !w.is_empty()),
         " ",
@@ -206,13 +214,56 @@ fn explained<'a>(outcome: &'a VerifyOutcome) -> Vec<Explained<'a>> {
     outcome.cases.iter().filter_map(of).collect()
 }
 
+/// The largest, 0 of none; what is not a number is larger than any.
+fn most(numbers: impl Iterator<Item = f64>) -> f64 {
+    let sizes = numbers.map(f64::abs);
+    sizes.max_by(f64::total_cmp).unwrap_or(0.0)
+}
+
+/// So many cases fit into a dozen lines.
+const CASES: usize = 8;
+
+/// A line a case, those that are farthest from agreement first where they are too many.
+fn overview(outcome: &VerifyOutcome) -> Table {
+    let largest = |case: &CaseOutcome| most(case.pairs.iter().map(|p| p.field.max_rel));
+    let excess = |case: &CaseOutcome| {
+        let of = case.pairs.iter();
+        most(of.map(|p| p.field.max_rel / p.field.tolerance))
+    };
+    let residual = |case: &CaseOutcome| most(case.engines.iter().map(|e| e.residual));
+    let mut cases: Vec<&CaseOutcome> = outcome.cases.iter().collect();
+    let more = cases.len().saturating_sub(CASES);
+    if more > 0 {
+        cases.sort_by(|a, b| {
+            let by_verdict = b.verdict.cmp(&a.verdict);
+            by_verdict.then(excess(b).total_cmp(&excess(a)))
+        });
+        cases.truncate(CASES);
+    }
+    let caption = match more {
+        0 => String::new(),
+        more => {
+            format!(
+                "The {CASES} cases that are farthest from agreement; {more} more with --verbose"
+            )
+        }
+    };
+    table!(caption, cases, |case|
+        "case" => case.label(),
+        "codes" => case.engines.len(),
+        "largest residual" => residual(case),
+        "largest |a-b|" => largest(case),
+        "verdict" => case.verdict,
+    )
+}
+
 /// The answers to a case.
-pub(super) fn engines(case: &CaseOutcome, caption: &str) -> Table {
+fn engines(case: &CaseOutcome) -> Table {
     let steps = |e: &EngineOutcome| {
         let remark = if e.converged { "" } else { " (not converged)" };
         Cell::number(e.iterations as f64, format!("{}{remark}", e.iterations))
     };
-    table!(caption, &case.engines, |e|
+    table!("", &case.engines, |e|
         "engine" => &e.engine,
         "version" => &e.version,
         "steps" => steps(e),

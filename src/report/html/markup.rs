@@ -13,7 +13,7 @@ pub struct Html(String);
 macro_rules! html {
     ($($body:tt)*) => { $crate::report::html::markup::raw(maud::html! { $($body)* }.into_string()) };
 }
-pub(in crate::report) use html;
+pub(super) use html;
 
 impl Html {
     pub fn as_str(&self) -> &str {
@@ -79,7 +79,7 @@ pub(super) fn raw(html: impl Into<String>) -> Html {
 }
 
 /// Names and what they are.
-pub(in crate::report) fn facts(facts: &[(Text, Text)]) -> Html {
+pub(super) fn facts(facts: &[(Text, Text)]) -> Html {
     html! { dl { @for (name, fact) in facts { dt { (name) } dd { (fact) } } } }
 }
 

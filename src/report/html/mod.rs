@@ -46,8 +46,7 @@ use faceoff_mesh::error::Result;
 pub(super) use history::history;
 pub(super) use map::{Map, Spot};
 pub use markup::Html;
-pub(super) use markup::facts;
-use markup::{emphasised, figures, folded, html, raw, visible};
+use markup::{emphasised, facts, figures, folded, html, raw, visible};
 pub use plane::Picture;
 pub(super) use plane::{NARROWEST, WIDEST};
 pub(super) use residual::{Put, by_term, cause};
@@ -78,7 +77,7 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
     let word = report
         .verdict
         .map_or("done", |(verdict, _)| word_of(verdict));
-    let is_brief = report.next.is_empty() && word == "agree";
+    let is_brief = report.story.next.is_empty() && word == "agree";
     // No icon is asked for.
     let html = html! {
         html lang="en" {
@@ -87,7 +86,7 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
                 meta http-equiv="Content-Security-Policy" content=(POLICY);
                 meta name="viewport" content="width=device-width,initial-scale=1";
                 link rel="icon" href="data:,";
-                title { "faceoff " (report.command) ": " (report.headline.to_string()) }
+                title { "faceoff " (report.command) ": " (report.headline().to_string()) }
                 style { (raw(style)) }
             }
             body {
@@ -95,7 +94,7 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
                     (origin(report))
                     (answer(report))
                     (lead(report)?)
-                    (blocks(&report.blocks)?)
+                    (blocks(&report.story.rest)?)
                     (foot(report, folder)?)
                 }
                 script { (raw(include_str!("sort.js"))) }
@@ -123,23 +122,23 @@ fn answer(report: &Report) -> Html {
         Some((_, word)) => format!("verdict: {word}"),
         None => "result".to_owned(),
     };
-    let claim = match report.claim.is_empty() {
-        true => report.headline.clone().capitalised(),
-        false => report.claim.clone(),
+    let claim = match report.story.claim.is_empty() {
+        true => report.headline().capitalised(),
+        false => report.story.claim.clone(),
     };
     let is_long = claim.to_string().chars().count() > LONG;
     html! {
         header role="status" aria-label=(label) {
             h1 #verdict class=[is_long.then_some("long")] { (emphasised(&claim, "em")) }
-            @if !report.lede.is_empty() { p.lede { (report.lede) } }
+            @if !report.story.rests_on.is_empty() { p.lede { (report.story.rests_on) } }
         }
     }
 }
 
 /// The picture, and beside it what to do.
 fn lead(report: &Report) -> Result<Html> {
-    let pictures = blocks(&report.lead)?;
-    if report.next.is_empty() {
+    let pictures = blocks(&report.story.picture)?;
+    if report.story.next.is_empty() {
         return Ok(pictures);
     }
     Ok(html! {
@@ -148,7 +147,7 @@ fn lead(report: &Report) -> Result<Html> {
             aside class={ @if pictures.is_empty() { "c12" } @else { "c4" } " next" } {
                 h2 { "What to do next" }
                 ol {
-                    @for step in &report.next {
+                    @for step in &report.story.next {
                         li { (step.words) @for of in &step.commands { pre { (typed(of)) } } }
                     }
                 }
@@ -199,11 +198,6 @@ fn foot(report: &Report, folder: &Path) -> Result<Html> {
     })
 }
 
-/// Side by side, in so many columns of twelve each.
-pub(super) fn beside<const N: usize>(all: [(&str, Html); N]) -> Html {
-    html! { .grid { @for (class, part) in all { div class=(class) { (part) } } } }
-}
-
 /// Any number of pictures, three in a row.
 pub(super) fn in_thirds(all: impl IntoIterator<Item = Html>) -> Html {
     html! { .grid { @for part in all { .c4.half { (part) } } } }
@@ -222,14 +216,18 @@ fn block(block: &Block) -> Result<Html> {
         Block::Commands(lines) => html! { pre { (lines.join("\n")) } },
         Block::Facts(of) => facts(of),
         Block::Table(of) => table(of),
+        Block::Titled(words, of) => html! { h2 { (words) } (table(of)) },
         Block::Figure(of) => figure_of(of),
         Block::Folded([name, about], inner) => {
             let name = html! { (name) " " @if !about.is_empty() { span { "· " (about) } } };
             folded(name, blocks(inner)?)
         }
+        Block::Beside(all) => {
+            html! { .grid { @for (class, inner) in all { div class=(class) { (blocks(inner)?) } } } }
+        }
         Block::Page(inner) => blocks(inner)?,
         Block::Terminal(_) => Html::default(),
-        Block::Html(make) => make()?,
+        Block::Drawn(draw) => draw()?,
     })
 }
 
