@@ -690,7 +690,7 @@ fn what_is_shown_along_the_contact_side_is_of_each_code() {
         "Residual of the row",
     );
     let of = |class: &str| -> Vec<&str> {
-        let start = format!("<path class=\"{class}\" stroke-width=\"7.0\" d=\"");
+        let start = format!("<path class=\"{class}\" stroke-width=\"7\" d=\"");
         let paths = status.split(&*start).skip(1);
         paths.map(|path| path.split('"').next().unwrap()).collect()
     };

@@ -2,18 +2,18 @@
 
 use std::cmp::Ordering;
 
-use super::described::worst;
+use super::described::{rests_on, why, worst};
 use super::difference::write_differences;
-use super::html;
+use super::html::{self, Dot, DotAxis};
 use super::model::{
-    Block, Cell, Report, Story, Suite, Table, TestCase, Todo, Write, count, sentence, table,
+    Block, Cell, Column, Report, Story, Suite, Table, TestCase, Todo, Write, count, joined,
+    sentence, table,
 };
-use super::verify::{rests_on, why};
 use crate::engine::unique;
 use crate::text::number::{number, place, size, whole};
 use crate::text::{Number, Text, text};
 use faceoff_judge::{
-    ComparedField, Comparison, Comparisons, Intersection, MatchBy, On, Part, Verdict,
+    ComparedField, Comparison, Comparisons, FieldVerdict, Intersection, MatchBy, On, Part, Verdict,
 };
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
@@ -42,11 +42,11 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     let common: Vec<_> = comparison.intersection.iter().flat_map(covered).collect();
     facts.extend(common.iter().cloned());
     facts.extend(comparison.notes.iter().map(|note| ("note", note.into())));
-    let about = "A dot is the largest difference of a field; the dashed lines are the tolerances. Norms are relative to the larger one of the two.";
+    let about = "A dot is the largest difference of a field; the dashed lines are the tolerances. Norms are of the difference, and of the larger one of the two.";
     let mut page = vec![
         Block::heading(2, "One row per field"),
         Block::text(about),
-        Block::drawn(move || html::by_field(comparison)),
+        fields_table(comparison).into(),
     ];
     page.extend((!common.is_empty()).then(|| Block::facts(common)));
     report.story = Story {
@@ -420,8 +420,32 @@ pub(super) fn norms(of: &ComparedField) -> [Option<String>; 2] {
     [l2, h1].map(|of| of.map(|(norm, scale)| format!("{} of {}", size(norm), size(scale))))
 }
 
-/// One line a field.
+/// One row per field.
 fn fields_table(comparison: &Comparison) -> Table {
+    let fields = &comparison.fields;
+    let tolerances = fields.iter().map(|f| f.field.tolerance);
+    let mut tolerances: Vec<f64> = tolerances.filter(|t| *t > 0.0).collect();
+    tolerances.sort_by(f64::total_cmp);
+    tolerances.dedup();
+    let axis = DotAxis::new(fields.iter().map(|f| f.field.max_rel), tolerances);
+    let dots = |f: &FieldVerdict| {
+        let is_bad = !f.verdict.passes();
+        let dot = Dot {
+            value: f.max_rel,
+            class: if is_bad { "bd" } else { "" },
+            title: f.field.clone(),
+        };
+        let is_unknown = f.worst.is_none() && is_bad;
+        Cell::dots(
+            &axis,
+            if is_unknown {
+                &[]
+            } else {
+                std::slice::from_ref(&dot)
+            },
+            f.max_rel,
+        )
+    };
     let on = |of: &ComparedField| format!("{:?}", of.on).to_lowercase();
     let remark = |of: &ComparedField| {
         let carriers = match of.on {
@@ -431,21 +455,23 @@ fn fields_table(comparison: &Comparison) -> Table {
         let what = rests_on(&of.field, &carriers);
         let single = of.single.then(|| "f32: 6e-8 is its rounding".to_owned());
         let identical = comparison.identical.then(|| "identical bytes".to_owned());
-        let remarks: Vec<String> = [what, single, identical].into_iter().flatten().collect();
-        (!remarks.is_empty()).then(|| remarks.join("; "))
+        joined([what, single, identical].into_iter().flatten(), "; ")
     };
-    table!("", &comparison.fields, |of|
-        "field" => &of.field.field,
-        "on" => on(of),
-        "max |a-b|" => of.field.max_abs,
-        "relative" => of.field.max_rel,
-        "L2" => norms(of)[0].clone(),
-        "H1" => norms(of)[1].clone(),
-        "scale" => of.scale,
-        "rtol" => Cell::size(of.rtol),
-        "atol" => Cell::size(of.atol),
-        "worst" => worst(&of.field),
-        "verdict" => of.field.verdict,
-        "remark" => remark(of),
-    )
+    let all = table!("", fields, |of|
+        ("w", "field") => &of.field.field,
+        ("opt", "on") => on(of),
+        ("n opt page", "values") => of.field.faces,
+        Column::of_dots("largest |a − b|, relative", &axis) => dots(&of.field),
+        ("n", "relative") => Cell::size(of.field.max_rel),
+        ("n", "max |a − b|") => Cell::size(of.field.max_abs),
+        ("n opt", "L²") => norms(of)[0].clone(),
+        ("n opt", "H¹") => norms(of)[1].clone(),
+        ("n opt", "scale") => of.scale,
+        ("n opt", "rtol") => Cell::size(of.rtol),
+        ("n opt", "atol") => Cell::size(of.atol),
+        ("w opt", "worst") => worst(&of.field),
+        ("", "verdict") => of.field.verdict,
+        ("", "remark") => remark(of),
+    );
+    all.setting_off(fields.iter().map(|_| false)).known()
 }

@@ -1,9 +1,9 @@
-//! A case and a place in words.
+//! A case, a place and a verdict in words.
 
-use super::model::joined;
+use super::model::{exact, joined, short};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome};
 use crate::text::number::place;
-use faceoff_judge::FieldVerdict;
+use faceoff_judge::{FieldVerdict, Worst};
 
 /// What its mesh has.
 pub(super) fn sizes(case: &CaseOutcome) -> String {
@@ -31,4 +31,39 @@ pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
         Some([i, j]) => format!("cells {i} and {j}{component}{at}"),
         None => format!("{:?}{component}{at}", worst.vertices),
     })
+}
+
+/// What a verdict rests on, where it is not that all is well.
+pub(super) fn rests_on(field: &FieldVerdict, carriers: &str) -> Option<String> {
+    let beyond = || format!("{} of {} {carriers}", field.beyond, field.faces);
+    let why = field
+        .reason
+        .clone()
+        .or_else(|| (field.beyond > 0).then(beyond));
+    let flips = match field.rounding_flips {
+        Some(flips @ 1..) => Some(format!("{flips} status flips at rounding level")),
+        _ => None,
+    };
+    match (why, flips) {
+        (Some(why), Some(flips)) => Some(format!("{why} ({flips})")),
+        (why, flips) => why.or(flips),
+    }
+}
+
+/// How much, where and how many, in one sentence.
+pub(super) fn why(field: &FieldVerdict) -> String {
+    let values = |w: &Worst| format!("{} against {}", exact(w.a), exact(w.b));
+    let values = field.worst.as_ref().map(values).unwrap_or_default();
+    let place = worst(field).map_or(String::new(), |at| format!(", worst at {at}: {values}"));
+    match &field.reason {
+        Some(reason) => reason.clone(),
+        None => format!(
+            "{} of {} beyond {:e}: |a-b| up to {}, relative {}{place}",
+            field.beyond,
+            field.faces,
+            field.tolerance,
+            short(field.max_abs),
+            short(field.max_rel)
+        ),
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::fields::of_numbers;
 use faceoff_judge::{Comparison, On, Projection};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{GlobalArray, Results};
@@ -46,38 +47,33 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
             }
         };
         for (name, components, values) in &set.fields {
-            let values = Values::F64(values.clone().into());
-            fields.push(Field::new(name.clone(), support, *components, values));
+            fields.push(of_numbers(name, support, *components, values.clone()));
         }
     }
+    let of = vec![comparison.a.clone(), comparison.b.clone()];
+    write(path, &mesh, &fields, ("difference of", of))
+}
+
+/// With what the values are of.
+fn write(
+    path: &Path,
+    mesh: &Mesh,
+    fields: &[Field],
+    (name, of): (&str, Vec<String>),
+) -> Result<()> {
     let whole = [
         GlobalArray::text("faceoff", env!("CARGO_PKG_VERSION")),
-        GlobalArray::texts(
-            "difference of",
-            vec![comparison.a.clone(), comparison.b.clone()],
-        ),
+        GlobalArray::texts(name, of),
     ];
-    vtu::write(
-        path,
-        &mesh,
-        &fields,
-        &whole,
-        Encoding::Raw(Compressor::Zlib),
-    )
+    vtu::write(path, mesh, fields, &whole, Encoding::Raw(Compressor::Zlib))
 }
 
 /// What is told of a function on each cell.
 fn of_function((name, _, rows): &(String, usize, Vec<f64>)) -> [Field; 3] {
-    let column = |k: usize| rows.iter().skip(k).step_by(3).copied().collect();
-    let titles = [
-        format!("{name}: largest |a - b|"),
-        format!("{name}: mean of a"),
-        format!("{name}: mean of b"),
-    ];
-    let mut k = 0;
-    titles.map(|title| {
-        k += 1;
-        Field::new(title, Support::Cells, 1, Values::F64(column(k - 1)))
+    let titles = [(0, "largest |a - b|"), (1, "mean of a"), (2, "mean of b")];
+    titles.map(|(k, title)| {
+        let column = rows.iter().skip(k).step_by(3).copied().collect();
+        of_numbers(format!("{name}: {title}"), Support::Cells, 1, column)
     })
 }
 
@@ -136,35 +132,18 @@ pub fn write_projection(path: &Path, projection: &Projection, onto: &str) -> Res
         };
         (field, Support::Points, values)
     });
-    let on_corners = of
-        .on_corners
-        .iter()
-        .map(|f| (f, Support::Points, f.values.clone()));
-    let on_cells = of
-        .on_cells
-        .iter()
-        .map(|f| (f, Support::Cells, f.values.clone()));
+    let on_corners = of.on_corners.iter();
+    let on_corners = on_corners.map(|f| (f, Support::Points, f.values.clone()));
+    let on_cells = of.on_cells.iter();
+    let on_cells = on_cells.map(|f| (f, Support::Cells, f.values.clone()));
     let fields = on_points.chain(on_corners).chain(on_cells);
     let fields = fields.map(|(field, on, values)| {
-        Field::new(
-            field.name.clone(),
-            on,
-            field.components,
-            Values::F64(values),
-        )
+        let (name, components) = (field.name.clone(), field.components);
+        Field::new(name, on, components, Values::F64(values))
     });
     let fields: Vec<Field> = fields.collect();
-    let whole = [
-        GlobalArray::text("faceoff", env!("CARGO_PKG_VERSION")),
-        GlobalArray::texts("projection", vec![of.source.clone(), onto.to_owned()]),
-    ];
-    vtu::write(
-        path,
-        &mesh,
-        &fields,
-        &whole,
-        Encoding::Raw(Compressor::Zlib),
-    )
+    let of = vec![of.source.clone(), onto.to_owned()];
+    write(path, &mesh, &fields, ("projection", of))
 }
 
 /// What a projection kept, a line a field, and what of the mesh has no values.

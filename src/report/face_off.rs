@@ -1,13 +1,12 @@
 //! What `verify` found of a face-off file: codes of one's own on any problem.
 
 use super::compare::{compared, norms};
-use super::described::worst;
-use super::html::{self, Chart, Line};
+use super::described::{why, worst};
+use super::html;
 use super::model::{
     Block, Cell, Report, Story, Suite, Table, TestCase, Todo, joined, sentence, table,
 };
-use super::orders::{over_n, slopes_of};
-use super::verify::why;
+use super::orders::{orders_figure, over_n};
 use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfForm, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf,
     short, worst as worst_time,
@@ -447,38 +446,25 @@ fn orders_table(of: &OfField) -> Table {
 fn order_figures(of: &OfField) -> html::Html {
     type Pick = fn(&Norms) -> Option<f64>;
     let panel = |norm: &str, k: usize, pick: Pick| {
-        let line = |(place, order): (usize, &OfOrder)| {
+        let line = |order: &OfOrder| {
             let levels = order.n.iter().zip(&order.found.levels);
             let errors = levels.filter_map(|(n, l)| Some([(*n)? as f64, pick(l.norms.as_ref()?)?]));
             let found = [Some(&order.found.l2), order.found.h1.as_ref()][k];
-            let fit = found
-                .and_then(|o| o.fit)
-                .map(|fit| format!("{:.2}", fit.exponent));
-            Line {
-                about: fit.unwrap_or_default(),
-                ..Line::new(&order.of, place, errors)
-            }
+            let fit = found.and_then(|o| o.fit).map(|fit| fit.exponent);
+            (order.of.clone(), errors.collect(), fit)
         };
-        let lines = of.orders.iter().enumerate().map(line).collect();
-        Chart {
-            slopes: slopes_of(of.orders.iter().filter_map(|order| order.theory[k])),
-            ..over_n(norm, lines)
-        }
+        let theories = of.orders.iter().filter_map(|order| order.theory[k]);
+        over_n(norm, of.orders.iter().map(line), theories)
     };
     let mut panels = vec![panel("L²", 0, |n| Some(n.l2)), panel("H¹", 1, |n| n.h1)];
     panels.retain(|panel| !panel.is_empty());
-    let dotted = if panels.iter().any(|p| !p.slopes.is_empty()) {
-        "; dotted: theory"
-    } else {
-        ""
-    };
-    let caption = text!("**{}** by n, with the order that fits{}", &of.field, dotted);
+    let caption = text!("**{}** by n, with the order that fits", &of.field);
     let widest = if panels.len() > 1 {
         html::WIDEST
     } else {
         535.0
     };
-    html::chart_figure(&caption, &panels, widest)
+    orders_figure(caption, panels, widest)
 }
 
 fn number_table(of: &OfNumber) -> Table {

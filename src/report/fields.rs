@@ -55,13 +55,8 @@ pub fn write_solution(
     let fields = [face_fields(&case.problem, u, engine)];
     let certified = certificate.map(|c| certified_fields(&case.problem, c));
     let solution = (engine, version, u);
-    write_both(
-        path,
-        case,
-        &[solution],
-        &fields,
-        certified.unwrap_or_default(),
-    )
+    let certified = certified.unwrap_or_default();
+    write_both(path, case, &[solution], &fields, certified)
 }
 
 /// [`write_solution`] of a field that a file held, and whose code is not known.
@@ -121,6 +116,16 @@ fn file_name(case: &CaseOutcome) -> String {
     case.method.replace(['(', ','], "_").replace(')', "")
 }
 
+/// Numbers of a field, as a file has them.
+pub(super) fn of_numbers(
+    name: impl Into<String>,
+    on: Support,
+    components: usize,
+    values: Vec<f64>,
+) -> Field {
+    Field::new(name.into(), on, components, Values::F64(values.into()))
+}
+
 /// Where the values come from.
 fn provenance(case: &Case, solutions: &[Solution]) -> Vec<GlobalArray> {
     let problem = &case.problem;
@@ -151,8 +156,8 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
     let source = space.mesh;
     let corners = source.dim + 1;
     let cells = source.cell_count();
-    let mut add = |name, on, components, values: Vec<f64>| {
-        fields.push(Field::new(name, on, components, Values::F64(values.into())));
+    let mut add = |name: String, on, components, values| {
+        fields.push(of_numbers(name, on, components, values));
     };
     let mut first: Option<(&str, Vec<f64>)> = None;
     for (engine, _, u) in solutions {
@@ -205,15 +210,12 @@ fn certified_fields(problem: &Problem, certificate: &Certificate) -> Vec<Field> 
         places.iter().map(at)
     });
     let gradients = certificate.fields.gradient.iter().flatten();
-    let local = (0..certificate.local.len()).map(|cell| certificate.part(cell));
-    let field = |name: &str, on, components, values| {
-        Field::new(name.to_owned(), on, components, Values::F64(values))
-    };
     let gradients = gradients.copied().collect();
+    let local = (0..certificate.local.len()).map(|cell| certificate.part(cell));
     vec![
-        field("admissible v", Support::Points, 1, v.collect()),
-        field("averaged gradient", Support::Cells, 3, gradients),
-        field("bound", Support::Cells, 1, local.collect()),
+        of_numbers("admissible v", Support::Points, 1, v.collect()),
+        of_numbers("averaged gradient", Support::Cells, 3, gradients),
+        of_numbers("bound", Support::Cells, 1, local.collect()),
     ]
 }
 
@@ -234,13 +236,12 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
     for face in &problem.contact {
         gamma[face.face] = face.gamma;
     }
-    let mut fields = Vec::new();
-    let mut add = |name, components, values| {
-        fields.push(Field::new(name, Support::Cells, components, values));
-    };
     let parts = (0..faces).map(part).collect();
-    add("part".to_owned(), 1, Values::I32(parts));
-    add("gamma".to_owned(), 1, Values::F64(gamma.into()));
+    let on = Support::Cells;
+    let mut fields = vec![
+        Field::new("part".to_owned(), on, 1, Values::I32(parts)),
+        of_numbers("gamma", on, 1, gamma),
+    ];
     for (engine, _, u) in solutions {
         let mut values = Vec::new();
         let mut components = 0;
@@ -253,11 +254,7 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
             components = dofs.len();
             values.extend(dofs.iter().map(|&dof| u[dof as usize]));
         }
-        add(
-            format!("dofs {engine}"),
-            components,
-            Values::F64(values.into()),
-        );
+        fields.push(of_numbers(format!("dofs {engine}"), on, components, values));
         if let ContactSet::Zones(zones) = ContactSet::new(problem, u) {
             let mut shares = vec![f64::NAN; faces];
             let mut numbers = vec![-1; faces];
@@ -268,8 +265,9 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
                 shares[face.face] = face.share;
                 numbers[face.face] = face.zone as i32;
             }
-            add(format!("contact {engine}"), 1, Values::F64(shares.into()));
-            add(format!("zone {engine}"), 1, Values::I32(numbers.into()));
+            let name = format!("zone {engine}");
+            fields.push(of_numbers(format!("contact {engine}"), on, 1, shares));
+            fields.push(Field::new(name, on, 1, Values::I32(numbers.into())));
         }
     }
     let Some(first) = engines.first() else {
@@ -297,18 +295,16 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
             };
             let (components, source) = (column.components, &engine.source);
             if let (Some(reference), true) = (&reference, *source != first.source) {
-                let difference = Values::F64(difference(&values, reference).into());
-                add(
-                    format!("{name} {source} - {}", first.source),
-                    components,
-                    difference,
-                );
+                let difference = difference(&values, reference);
+                let name = format!("{name} {source} - {}", first.source);
+                fields.push(of_numbers(name, on, components, difference));
             }
-            add(
+            fields.push(of_numbers(
                 format!("{name} {source}"),
+                on,
                 components,
-                Values::F64(values.into()),
-            );
+                values,
+            ));
         }
     }
     (mesh, fields)

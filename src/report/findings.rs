@@ -1,8 +1,12 @@
 //! Tables of what is found about a field in a scheme.
 
-use super::model::{Cell, Table, table};
+use super::html::{Dot, DotAxis};
+use super::model::{Block, Cell, Column, Table, table};
 use crate::text::number::place;
 use crate::why::{self, Explanation, FaceGamma, Spot, TermRows};
+
+/// So many attempts stand in the open.
+const TRIED: usize = 5;
 
 /// The rows that are farthest off.
 pub(super) fn worst(spots: &[Spot]) -> Table {
@@ -24,16 +28,29 @@ pub(super) fn terms(terms: &[TermRows]) -> Table {
     )
 }
 
-/// What was put in, and what it left.
-pub(super) fn tried(explanations: &[Explanation]) -> Table {
-    let caption =
-        "What was put into the scheme in its place, one thing at a time, and the residual with it";
-    table!(caption, explanations, |of|
-        "ingredient" => of.ingredient.to_string(),
-        "residual" => of.left,
-        "found" => if of.accounts { "explains it" } else { "does not" },
-        "with it" => &of.what,
-    )
+/// What was put in, one thing at a time, and the residual with it; the rest of a long list is folded.
+pub(super) fn tried<'a>(explanations: &[Explanation], limit: f64) -> Vec<Block<'a>> {
+    let axis = DotAxis::new(explanations.iter().map(|e| e.left), vec![limit]);
+    let dot = |of: &Explanation| Dot {
+        value: of.left,
+        class: if of.accounts { "" } else { "e2" },
+        title: of.ingredient.to_string(),
+    };
+    let table = |all: &[Explanation]| {
+        let of = table!("", all, |of|
+            ("", "what would have to be so") => &of.what,
+            Column::of_dots("residual with it", &axis) => Cell::dots(&axis, &[dot(of)], of.left),
+            ("n", "left") => Cell::size(of.left),
+            ("w opt", "found") => if of.accounts { "explains it" } else { "does not" },
+        );
+        of.setting_off(all.iter().map(|of| of.accounts)).into()
+    };
+    let (first, rest) = explanations.split_at(explanations.len().min(TRIED));
+    let more = (!rest.is_empty()).then(|| {
+        let name = format!("{} more that leave more", rest.len());
+        Block::folded(name, "", vec![table(rest)])
+    });
+    [table(first)].into_iter().chain(more).collect()
 }
 
 /// What γ would have to be.

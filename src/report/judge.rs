@@ -122,7 +122,9 @@ pub fn judge<'a>(
     let mut terminal = vec![facts()];
     terminal.extend(rows_that_fail());
     if !found.explanations.is_empty() {
-        terminal.push(tried(&found.explanations).into());
+        let what = "What was put into the scheme in its place, one thing at a time, and the residual with it";
+        terminal.push(Block::text(what));
+        terminal.extend(tried(&found.explanations, found.limit));
     }
     let is_off = |g: &&FaceGamma| {
         let least = 10.0 * g.uncertain.unwrap_or(0.0);
@@ -139,11 +141,8 @@ pub fn judge<'a>(
     })];
     if !found.explanations.is_empty() {
         let words = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
-        page.extend([
-            Block::heading(2, "What was tried"),
-            Block::text(words),
-            Block::drawn(|| html::tried(&told.findings.explanations, told.findings.limit)),
-        ]);
+        page.extend([Block::heading(2, "What was tried"), Block::text(words)]);
+        page.extend(tried(&found.explanations, found.limit));
     }
     let mut rest = vec![facts()];
     if found.failing > 0 {

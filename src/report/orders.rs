@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::html::{self, Axis, Chart, Html, Line, Slope, chart_figure};
 use super::model::{Block, Cell, Report, Story, Table, count, joined, table};
-use crate::campaigns::orders::{Limit, Orders, Reach};
+use crate::campaigns::orders::{Limit, Orders, Reach, Theory};
 use crate::engine::unique;
 use crate::run::Observed;
 use crate::text::{Text, text};
@@ -113,68 +113,61 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// A norm: its name, an error in it, the order that fits, and that of theory.
+/// A norm: an error in it, the order that fits, and that of theory.
 type Norm = (
-    &'static str,
     fn(&Errors) -> f64,
     fn(&Orders) -> Option<f64>,
-    fn(&Orders) -> Option<f64>,
+    fn(&Theory) -> f64,
 );
 
 /// For each scene the errors of its methods in both norms.
 fn figures(all: &[Orders]) -> Html {
-    let scenes = unique(all.iter().map(|o| &*o.scene));
-    let h1: Norm = (
-        "H¹",
-        |e| e.h1,
-        |o| o.h1.fit,
-        |o| Some(o.theory.as_ref()?.h1),
-    );
-    let l2: Norm = (
-        "L²",
-        |e| e.l2,
-        |o| o.l2.fit,
-        |o| Some(o.theory.as_ref()?.l2),
-    );
-    let pictures = scenes.into_iter().map(|scene| {
+    let h1: Norm = (|e| e.h1, |o| o.h1.fit, |t| t.h1);
+    let l2: Norm = (|e| e.l2, |o| o.l2.fit, |t| t.l2);
+    let scenes = unique(all.iter().map(|o| &*o.scene)).into_iter();
+    let pictures = scenes.map(|scene| {
         let of = || all.iter().filter(|o| o.scene == scene);
-        let panels = [h1, l2].map(|(norm, error, fit, theory)| {
-            let line = |(k, o): (usize, &Orders)| {
+        let panels = [("H¹", h1), ("L²", l2)].map(|(norm, (error, fit, theory))| {
+            let line = |o: &Orders| {
                 let levels = o.levels.iter().filter(|l| l.converged);
                 let errors = levels.map(|l| [l.n as f64, error(&l.errors)]);
-                let order = fit(o).map(|fit| format!("{fit:.2}"));
-                Line {
-                    about: order.unwrap_or_default(),
-                    ..Line::new(&o.method, k, errors)
-                }
+                (o.method.clone(), errors.collect(), fit(o))
             };
-            Chart {
-                slopes: slopes_of(of().filter_map(theory)),
-                ..over_n(norm, of().enumerate().map(line).collect())
-            }
+            let theories = of().filter_map(|o| Some(theory(o.theory.as_ref()?)));
+            over_n(norm, of().map(line), theories)
         });
-        let has_theory = panels.iter().any(|panel| !panel.slopes.is_empty());
-        let dotted = if has_theory {
-            "; dotted: orders of theory"
-        } else {
-            ""
-        };
         let caption = text!(
-            "**{}**: the relative error over n, and the order that fits{}",
-            scene,
-            dotted
+            "**{}**: the relative error over n, and the order that fits",
+            scene
         );
-        chart_figure(&caption, &panels, html::WIDEST)
+        orders_figure(caption, panels.into(), html::WIDEST)
     });
     pictures.collect()
 }
 
-/// Errors over the numbers that meshes go by.
-pub(super) fn over_n(name: &str, lines: Vec<Line>) -> Chart {
+/// Errors over the numbers that meshes go by, each line with its name and the order that fits; dotted the least and the largest
+/// order of theory.
+pub(super) fn over_n(
+    name: &str,
+    lines: impl Iterator<Item = (String, Vec<[f64; 2]>, Option<f64>)>,
+    theories: impl Iterator<Item = f64>,
+) -> Chart {
+    let line = |(k, (name, errors, fit)): (usize, (String, Vec<[f64; 2]>, Option<f64>))| Line {
+        about: fit.map_or(String::new(), |fit| format!("{fit:.2}")),
+        ..Line::new(&name, k, errors)
+    };
+    let lines: Vec<Line> = lines.enumerate().map(line).collect();
     let points = lines.iter().flat_map(|line| &line.points);
     let mut at: Vec<f64> = points.map(|p| p.at[0]).collect();
     at.sort_by(f64::total_cmp);
     at.dedup();
+    let mut orders: Vec<f64> = theories.filter(|o| *o > 0.0).collect();
+    orders.sort_by(f64::total_cmp);
+    let slope = |order: &f64| Slope {
+        power: -order,
+        name: format!("order {order}"),
+    };
+    let ends = unique([orders.first(), orders.last()].into_iter().flatten());
     Chart {
         name: name.to_owned(),
         x: Axis {
@@ -183,23 +176,16 @@ pub(super) fn over_n(name: &str, lines: Vec<Line>) -> Chart {
         },
         y: Axis::new("error"),
         lines,
+        slopes: ends.into_iter().map(slope).collect(),
         ..Chart::default()
     }
 }
 
-/// The least and the largest of these orders, as slopes over n.
-pub(super) fn slopes_of(orders: impl Iterator<Item = f64>) -> Vec<Slope> {
-    let mut orders: Vec<f64> = orders.filter(|o| *o > 0.0).collect();
-    orders.sort_by(f64::total_cmp);
-    let ends = [orders.first(), orders.last()];
-    let slope = |order: &f64| Slope {
-        power: -order,
-        name: format!("order {order}"),
-    };
-    unique(ends.into_iter().flatten())
-        .into_iter()
-        .map(slope)
-        .collect()
+/// Such panels under their caption.
+pub(super) fn orders_figure(caption: Text, panels: Vec<Chart>, widest: f64) -> Html {
+    let has_theory = panels.iter().any(|panel| !panel.slopes.is_empty());
+    let dotted = has_theory.then_some("; dotted: orders of theory");
+    chart_figure(&caption.and(Text::from(dotted)), &panels, widest)
 }
 
 type Order<'a> = (

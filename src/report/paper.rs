@@ -3,7 +3,7 @@
 mod convergence;
 
 use super::html::{charts, elevation::elevation};
-use super::model::{Block, Cell, Figure, Report, Table, cells, count, short, table};
+use super::model::{Block, Cell, Figure, Report, Table, cells, count, joined, short, table};
 use crate::campaigns::paper::{
     CAP, ExampleOutcome, FAR, FINE_ITERATIONS, ITERATIONS, MESHES, PaperOutcome, References,
     Series, SeriesLevel, TOL, intervals,
@@ -186,11 +186,11 @@ fn counts(outcome: &PaperOutcome) -> Vec<Block<'_>> {
         row.push(Cell::from(worst));
         row
     });
-    let mut head = ["iteration", "method", "γ", "mesh"]
-        .map(str::to_owned)
-        .to_vec();
-    head.extend(first.n.iter().map(|n| format!("n = {n}")));
-    head.push("largest residual".to_owned());
+    let head = by_mesh(
+        &["iteration", "method", "γ", "mesh"],
+        &first.n,
+        "largest residual",
+    );
     let mut blocks = vec![
         Block::heading(2, "Iterations"),
         Block::text(text!(
@@ -226,29 +226,28 @@ fn counts(outcome: &PaperOutcome) -> Vec<Block<'_>> {
         let mut stated = cells!["the paper's", "not stated", "Union Jack"];
         stated.extend(search.n.iter().map(of_paper));
         stated.push("–".into());
-        let mut head = ["iteration", "γ", "mesh"].map(str::to_owned).to_vec();
-        head.extend(search.n.iter().map(|n| format!("n = {n}")));
-        head.push("off by at most".to_owned());
-        let near: Vec<String> = search
-            .near
-            .iter()
-            .map(|(name, count)| format!("{name} {count}"))
-            .collect();
+        let head = by_mesh(&["iteration", "γ", "mesh"], &search.n, "off by at most");
+        let near = search.near.iter();
+        let near = joined(near.map(|(name, count)| format!("{name} {count}")), ", ");
         blocks.extend([
             Block::text(text!("**The search for γ₀.** Each splitting on both meshes with γ = γ₀h and with γ fixed, 81 values from 0.01 to 1000: {} trials. \
-                 Within {} % of the paper's counts on every mesh: {}. The nearest:", &search.tried, Number::fixed(100.0 * FAR, 0), near.join(", "))),
+                 Within {} % of the paper's counts on every mesh: {}. The nearest:", &search.tried, Number::fixed(100.0 * FAR, 0), near)),
             Table::new("", head).with([stated]).with(trials).into(),
         ]);
     }
     blocks
 }
 
+/// The names of columns, of which there is one for each mesh.
+fn by_mesh(first: &[&str], n: &[usize], last: &str) -> Vec<String> {
+    let first = first.iter().map(|name| (*name).to_owned());
+    let meshes = n.iter().map(|n| format!("n = {n}"));
+    first.chain(meshes).chain([last.to_owned()]).collect()
+}
+
 fn variants(e: &ExampleOutcome) -> Block<'_> {
     let fit = |of: &Observed| Cell::from(of.fit.map(|fit| Cell::fixed(fit, 2)));
-    let steps = |of: &Observed| -> String {
-        let words: Vec<String> = of.steps.iter().map(|s| format!("{s:.2}")).collect();
-        words.join(" ")
-    };
+    let steps = |of: &Observed| joined(of.steps.iter().map(|s| format!("{s:.2}")), " ");
     let caption = "Orders on both Union-Jack meshes and for other γ₀, to the mesh-free solution; fits over the last three meshes, \
                    ρ = ‖u_h+[P]₊‖_C. p1(1,0) is the conforming penalty-free method";
     table!(caption, e.variants.iter(), |v|

@@ -24,8 +24,8 @@ pub struct Table {
 pub struct Column {
     /// Above the column.
     pub name: Text,
-    /// On the page: `n` is a number, `w` does not wrap, `opt` gives way on a narrow page, `d` has dots on an axis. Where none is
-    /// given, `n` if the column holds numbers.
+    /// On the page: `n` is a number, `w` does not wrap, `opt` gives way on a narrow page, `d` has dots on an axis, `page` is for
+    /// pages only. Where none is given, `n` if the column holds numbers.
     pub class: Option<&'static str>,
     /// What the page has beside the name.
     pub more: Html,
@@ -83,6 +83,14 @@ impl Table {
             row.retain(|_| keep.next() == Some(&true));
         }
         self
+    }
+
+    /// Has a terminal room for a column?
+    pub fn fits_terminal(&self, column: usize) -> bool {
+        let classes = self.head[column].class.unwrap_or_default();
+        !classes
+            .split(' ')
+            .any(|class| matches!(class, "d" | "page"))
     }
 
     /// Does a column hold numbers, but for some words?

@@ -60,12 +60,15 @@ fn write_table(text: &mut String, caption: &Text, table: &Table) -> std::fmt::Re
     shown.load_style(presets::NOTHING);
     // As wide as a terminal; elsewhere as wide as it needs.
     shown.set_content_arrangement(ContentArrangement::Dynamic);
-    shown.set_header(table.head.iter().map(|column| column.name.to_string()));
+    let columns: Vec<usize> = (0..table.head.len())
+        .filter(|k| table.fits_terminal(*k))
+        .collect();
+    shown.set_header(columns.iter().map(|k| table.head[*k].name.to_string()));
     for row in &table.rows {
-        shown.add_row(row.iter().map(|cell| cell.text()));
+        shown.add_row(columns.iter().map(|k| row[*k].text()));
     }
-    for (k, column) in shown.column_iter_mut().enumerate() {
-        column.set_cell_alignment(match table.is_numeric(k) {
+    for (k, column) in columns.iter().zip(shown.column_iter_mut()) {
+        column.set_cell_alignment(match table.is_numeric(*k) {
             true => CellAlignment::Right,
             false => CellAlignment::Left,
         });

@@ -4,16 +4,16 @@ mod story;
 
 use serde::Serialize;
 
-use super::described::{sizes, versions, worst};
-use super::html::{Run, Spread, tolerances};
-use super::model::{Block, Cell, Report, Story, Suite, Table, TestCase, exact, short, table, word};
+use super::described::{sizes, versions, why};
+use super::html::{Run, Spread, fields, tolerances};
+use super::model::{Block, Cell, Report, Story, Suite, Table, TestCase, short, table, word};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Source, VerifyOutcome, telling};
 use crate::engine::{Explanation, label, unique};
 use crate::run::{Failure, RESIDUAL_TOLERANCE};
 use crate::text::number::{number, place, whole};
 use crate::text::{Text, text};
 use crate::why::Diagnosis;
-use faceoff_judge::{FieldVerdict, Verdict, Worst};
+use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
 /// An outcome with all that belongs to it.
@@ -139,7 +139,7 @@ fn of_terminal<'a>(found: &Found, verbose: bool) -> Vec<Block<'a>> {
         let is_shown = shown.is_some_and(|(of, _)| std::ptr::eq(of, case));
         if verbose || is_shown {
             told.push(Block::text(format!("{}: {}", case.label(), sizes(case))));
-            told.extend([engines(case).into(), pairs(case).into()]);
+            told.extend([engines(case).into(), fields(case).into()]);
         }
     }
     let judged = outcome.cross.iter().filter_map(|c| Some(c.judged?.verdict));
@@ -272,68 +272,6 @@ fn engines(case: &CaseOutcome) -> Table {
         "most at" => e.residual_at.as_ref().map(|x| place(x)),
         "verdict" => e.verdict,
     )
-}
-
-/// Every field of every pair.
-fn pairs(case: &CaseOutcome) -> Table {
-    let given = |field: &FieldVerdict| {
-        let conditioned = field
-            .conditioned
-            .map(|c| format!(", conditioned {}", number(c, 3)));
-        let tolerance = field.tolerance;
-        let words = number(tolerance, 2) + &conditioned.unwrap_or_default();
-        Cell::number(tolerance, words)
-    };
-    table!("", &case.pairs, |pair|
-        "pair" => format!("{} – {}", pair.a, pair.b),
-        "field" => &pair.field.field,
-        "max |a-b|" => pair.field.max_abs,
-        "relative" => pair.field.max_rel,
-        "tolerance" => given(&pair.field),
-        "worst face" => worst(&pair.field),
-        "verdict" => remark(&pair.field, "faces"),
-    )
-}
-
-/// The verdict, and what it rests on.
-fn remark(field: &FieldVerdict, carriers: &str) -> String {
-    let rest = rests_on(field, carriers).map_or(String::new(), |why| format!(": {why}"));
-    word(field.verdict).to_owned() + &rest
-}
-
-/// What a verdict rests on, where it is not that all is well.
-pub(super) fn rests_on(field: &FieldVerdict, carriers: &str) -> Option<String> {
-    let beyond = || format!("{} of {} {carriers}", field.beyond, field.faces);
-    let why = field
-        .reason
-        .clone()
-        .or_else(|| (field.beyond > 0).then(beyond));
-    let flips = match field.rounding_flips {
-        Some(flips @ 1..) => Some(format!("{flips} status flips at rounding level")),
-        _ => None,
-    };
-    match (why, flips) {
-        (Some(why), Some(flips)) => Some(format!("{why} ({flips})")),
-        (why, flips) => why.or(flips),
-    }
-}
-
-/// How much, where and how many, in one sentence.
-pub(super) fn why(field: &FieldVerdict) -> String {
-    let values = |w: &Worst| format!("{} against {}", exact(w.a), exact(w.b));
-    let values = field.worst.as_ref().map(values).unwrap_or_default();
-    let place = worst(field).map_or(String::new(), |at| format!(", worst at {at}: {values}"));
-    match &field.reason {
-        Some(reason) => reason.clone(),
-        None => format!(
-            "{} of {} beyond {:e}: |a-b| up to {}, relative {}{place}",
-            field.beyond,
-            field.faces,
-            field.tolerance,
-            short(field.max_abs),
-            short(field.max_rel)
-        ),
-    }
 }
 
 /// The methods against each other.

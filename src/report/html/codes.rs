@@ -6,20 +6,17 @@ use super::pair::{largest, pairs};
 use super::tables::table;
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
 use crate::engine::unique;
-use crate::report::described::{sizes, versions, worst};
+use crate::report::described::{rests_on, sizes, versions, worst};
 use crate::report::model::{self, Cell, Column, Table};
 use crate::run::{RESIDUAL_TOLERANCE, Setup, tolerance};
 use crate::text::number::{number, place, size, whole};
 use crate::text::{Number, Text, text};
-use crate::why::Explanation;
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::HRule;
 use faceoff_judge::{FieldVerdict, Worst};
 
 /// Of more cases those that are farthest from agreement stand in the open.
 const OPEN: usize = 9;
-/// So many attempts stand in the open.
-const TRIED: usize = 5;
 const ROUNDING: f64 = f64::EPSILON;
 
 /// The codes of a run, each with its dot; one that is at fault has a red one.
@@ -249,73 +246,33 @@ fn worse(a: f64, b: f64) -> f64 {
 }
 
 /// Every field of every pair of a case.
-pub(in crate::report) fn fields(case: &CaseOutcome) -> Html {
-    let beyond = |f: &FieldVerdict| {
-        let words = match f.beyond {
-            0 => format!("none of {}", whole(f.faces)),
-            some => format!("{} of {}", whole(some), whole(f.faces)),
-        };
-        Cell::number(f.beyond as f64, words)
+pub(in crate::report) fn fields(case: &CaseOutcome) -> Table {
+    let given = |f: &FieldVerdict| {
+        let conditioned = f.conditioned.map(|c| format!(", conditioned {}", size(c)));
+        let words = size(f.tolerance) + &conditioned.unwrap_or_default();
+        Cell::number(f.tolerance, words)
     };
     let value = |f: &FieldVerdict, of: fn(&Worst) -> f64| {
         let worst = f.worst.as_ref();
         worst.map(|w| Cell::number(of(w), number(of(w), 4)))
     };
     let pairs = pairs(case);
-    let rows = || {
-        pairs
-            .iter()
-            .flat_map(|pair| pair.fields.iter().map(move |f| (pair, *f)))
-    };
-    let all = model::table!("", rows(), |(pair, f)|
+    let rows = pairs.iter();
+    let rows = rows.flat_map(|pair| pair.fields.iter().map(move |f| (pair, *f)));
+    model::table!("", rows, |(pair, f)|
         ("w", "pair") => pair.name(),
         ("w", "field") => &f.field,
-        ("n", "largest |a − b|") => Cell::size(f.max_abs),
+        ("n", "max |a − b|") => Cell::size(f.max_abs),
         ("n", "relative") => Cell::size(f.max_rel),
-        ("n", "tolerance") => Cell::size(f.tolerance),
-        ("n opt", "rms") => Cell::size(f.rms),
-        ("n", "faces beyond") => beyond(f),
-        ("w", "worst face") => worst_of(f),
-        ("n", "a there") => value(f, |w| w.a),
-        ("n", "b there") => value(f, |w| w.b),
-        ("", "verdict") => Cell::because(f.verdict, f.reason.as_deref()),
-    );
-    table(&all.setting_off(rows().map(|(_, f)| !f.verdict.passes())))
-}
-
-/// Where a field differs most; a dash where it does not.
-pub(super) fn worst_of(f: &FieldVerdict) -> String {
-    match f.max_abs == 0.0 {
-        true => "–".to_owned(),
-        false => worst(f).unwrap_or_default(),
-    }
-}
-
-/// What was put into the scheme in its place, and what that left; the rest of a long list is folded.
-pub(in crate::report) fn tried(explanations: &[Explanation], limit: f64) -> Html {
-    let axis = Axis::new(explanations.iter().map(|e| e.left), vec![limit]);
-    let (first, rest) = explanations.split_at(explanations.len().min(TRIED));
-    let dot = |of: &Explanation| Dot {
-        value: of.left,
-        class: if of.accounts { "" } else { "e2" },
-        title: of.ingredient.to_string(),
-    };
-    let sheet = |all: &[Explanation]| {
-        let of = model::table!("", all, |of|
-            ("", "what would have to be so") => &of.what,
-            Column::of_dots("residual with it", &axis) => Cell::dots(&axis, &[dot(of)], of.left),
-            ("n", "left") => Cell::size(of.left),
-            ("w opt", "found") => if of.accounts { "explains it" } else { "does not" },
-        );
-        table(&of.setting_off(all.iter().map(|of| of.accounts)))
-    };
-    match rest.is_empty() {
-        true => sheet(first),
-        false => {
-            let name = format!("{} more that leave more", rest.len());
-            Html::from([sheet(first), folded(html! { (name) }, sheet(rest))])
-        }
-    }
+        ("n", "tolerance") => given(f),
+        ("n opt page", "rms") => Cell::size(f.rms),
+        ("w", "worst face") => worst(f),
+        ("n page", "a there") => value(f, |w| w.a),
+        ("n page", "b there") => value(f, |w| w.b),
+        ("", "verdict") => f.verdict,
+        ("", "rests on") => rests_on(f, "faces"),
+    )
+    .known()
 }
 
 /// How a case is posed: all that its answers depend on.

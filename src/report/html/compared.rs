@@ -1,19 +1,15 @@
 //! Two files beside each other on the mesh of the first: where a field differs, and what it is in both.
 
 use super::Html;
-use super::axis::{Axis, Dot};
-use super::codes::worst_of;
 use super::in_thirds;
 use super::markup::html;
 use super::plane::{Layers, Shades, View, circle, flat, map, mean};
 use super::ramp::Ramp;
 use super::residual::corners;
 use super::source::{Triangle, entering};
-use super::tables::table;
-use crate::report::model::{self, Cell, Column};
 use crate::text::number::{number, place, size, trimmed, whole};
 use crate::text::text;
-use faceoff_judge::{ComparedField, Comparison, Differences, FieldVerdict, On};
+use faceoff_judge::{ComparedField, Comparison, Differences, On};
 use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::mesh::{CellKind, Shape};
 
@@ -22,61 +18,6 @@ const MOST: usize = 12_000;
 const HIGHEST: f64 = 384.0;
 /// What sums of rounded terms leave.
 const ROUNDING: f64 = 1e-12;
-
-/// One row a field.
-pub(in crate::report) fn by_field(comparison: &Comparison) -> Html {
-    let fields = &comparison.fields;
-    let mut tolerances: Vec<f64> = fields
-        .iter()
-        .map(|f| f.field.tolerance)
-        .filter(|t| *t > 0.0)
-        .collect();
-    tolerances.sort_by(f64::total_cmp);
-    tolerances.dedup();
-    let axis = Axis::new(fields.iter().map(|f| f.field.max_rel), tolerances);
-    let dot = |f: &FieldVerdict| Dot {
-        value: f.max_rel,
-        class: if f.verdict.passes() { "" } else { "bd" },
-        title: f.field.clone(),
-    };
-    let strip = |f: &FieldVerdict| match f.worst.is_none() && !f.verdict.passes() {
-        true => Cell::number(f.max_rel, ""),
-        false => Cell::dots(&axis, &[dot(f)], f.max_rel),
-    };
-    let beyond = |f: &FieldVerdict| {
-        let words = match f.beyond {
-            0 => "none".to_owned(),
-            some => format!("{} of {}", whole(some), whole(f.faces)),
-        };
-        Cell::number(f.beyond as f64, words)
-    };
-    let all = model::table!("", fields, |of|
-        ("w", "field") => &of.field.field,
-        ("opt", "on") => format!("{:?}", of.on).to_lowercase(),
-        ("n opt", "values") => of.field.faces,
-        Column::of_dots("largest |a − b|, relative", &axis) => strip(&of.field),
-        ("n", "relative") => Cell::size(of.field.max_rel),
-        ("n", "largest |a − b|") => Cell::size(of.field.max_abs),
-        ("n opt", "in L²") => norm(of.norms.map(|n| (n.l2, n.l2_scale))),
-        ("n opt", "in H¹") => norm(of.norms.and_then(|n| n.h1.zip(n.h1_scale))),
-        ("n opt", "scale") => of.scale.map_or("–".into(), Cell::from),
-        ("n opt", "rtol") => Cell::size(of.rtol),
-        ("n opt", "atol") => Cell::size(of.atol),
-        ("n opt", "beyond") => beyond(&of.field),
-        ("w opt", "worst") => worst_of(&of.field),
-        ("", "verdict") => Cell::because(of.field.verdict, of.field.reason.as_deref()),
-    );
-    table(&all.setting_off(fields.iter().map(|_| false)))
-}
-
-/// A norm of the difference, relative to the larger one of those of the two.
-fn norm(of: Option<(f64, f64)>) -> Cell {
-    let Some((norm, scale)) = of else {
-        return "–".into();
-    };
-    let relative = if norm == 0.0 { 0.0 } else { norm / scale };
-    Cell::size(relative)
-}
 
 /// A field of two files with what there is of it on the mesh of the first.
 pub(in crate::report) struct Compared<'a> {

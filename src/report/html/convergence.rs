@@ -44,11 +44,7 @@ pub(in crate::report) fn newton(
         .max()
         .unwrap_or(1);
     let chart = Chart {
-        x: Axis {
-            is_linear: true,
-            at: (1..=steps).map(|k| (k as f64, k.to_string())).collect(),
-            ..Axis::new("step")
-        },
+        x: Axis::linear("step", (1..=steps).map(|k| (k as f64, k.to_string()))),
         y: Axis::new("increment"),
         lines,
         levels: stop.map(|stop| (stop, "stop")).into_iter().collect(),

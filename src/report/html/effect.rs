@@ -85,11 +85,7 @@ impl Effect<'_> {
         };
         let label = |r: f64| (r, trimmed(&number(r, 2)));
         let chart = Chart {
-            x: Axis {
-                is_linear: true,
-                at: ticks(most).into_iter().map(label).collect(),
-                ..Axis::new("distance")
-            },
+            x: Axis::linear("distance", ticks(most).into_iter().map(label)),
             y: Axis::new("difference"),
             clouds: vec![cloud("inkf", others), cloud("redf", self.values)],
             levels: vec![(self.tolerance, "tolerance")],

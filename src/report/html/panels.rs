@@ -67,11 +67,7 @@ impl Sheet<'_> {
             ..Line::new(name, 0, points)
         };
         let chart = Chart {
-            y: Axis {
-                is_linear: true,
-                at: [low, upper].map(|v| (v, trimmed(&number(v, 2)))).into(),
-                ..Axis::default()
-            },
+            y: Axis::linear("", [low, upper].map(|v| (v, trimmed(&number(v, 2))))),
             lines: vec![
                 line("obstacle ψ", "frame", shown(|p| p.2).collect()),
                 line("u", "ink", shown(|p| p.1).collect()),
@@ -127,13 +123,7 @@ impl Sheet<'_> {
         });
         let chart = Chart {
             lines: lines.collect(),
-            y: Axis {
-                is_linear: true,
-                at: (1..=with.len())
-                    .map(|k| (k as f64, String::new()))
-                    .collect(),
-                ..Axis::default()
-            },
+            y: Axis::linear("", (1..=with.len()).map(|k| (k as f64, String::new()))),
             ..Chart::default()
         };
         self.panel(title, 13.0 * with.len() as f64, chart);
@@ -175,11 +165,7 @@ impl Sheet<'_> {
         }
         let [right, wrong] = runs;
         let chart = Chart {
-            y: Axis {
-                is_linear: true,
-                at: [1.0, farthest].map(|v| (v, format!("{v:.digits$}"))).into(),
-                ..Axis::default()
-            },
+            y: Axis::linear("", [1.0, farthest].map(|v| (v, format!("{v:.digits$}")))),
             lines: vec![
                 segments("", false, 1.6, right.into_iter()),
                 segments(&told, true, 2.9, wrong.into_iter()),

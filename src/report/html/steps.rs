@@ -129,14 +129,11 @@ fn chart(all: &Comparisons, tracks: &[Track]) -> Chart {
         (place(k), format!("{}: {reason}", part.title()))
     });
     let (from, to) = (place(0), place(all.parts.len() - 1));
-    let label = |at: f64| (at, trimmed(&number(at, 4)));
+    let marks = marks(from, to, in_time).into_iter();
+    let marks = marks.map(|at| (at, trimmed(&number(at, 4))));
     let names = [&["tolerance"][..], &[""; TOLERANCES]].concat();
     Chart {
-        x: Axis {
-            is_linear: true,
-            at: marks(from, to, in_time).into_iter().map(label).collect(),
-            ..Axis::new(if in_time { "time" } else { "part" })
-        },
+        x: Axis::linear(if in_time { "time" } else { "part" }, marks),
         y: Axis {
             also: values().any(|v| v == 0.0).then_some((equal, "equal")),
             ..Axis::new("largest difference")

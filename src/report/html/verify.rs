@@ -1,7 +1,7 @@
 //! The page of `verify`: where all agree one screen, else the cause, what it does, and all that it rests on.
 
 use super::along::{Along, Named};
-use super::codes::{Codes, fields, heading, posed, tried};
+use super::codes::{Codes, fields, heading, posed};
 use super::convergence::newton;
 use super::effect::Effect;
 use super::in_thirds;
@@ -11,7 +11,7 @@ use super::residual::{Put, by_term, cause};
 use super::spread::Spread;
 use super::tables::{table, word};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, VerifyOutcome};
-use crate::report::findings::{terms, worst};
+use crate::report::findings::{terms, tried, worst};
 use crate::report::model::{self, Table};
 use crate::text::number::{place, size, whole};
 use crate::text::text;
@@ -129,7 +129,7 @@ impl<'a> Run<'a> {
             let about = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
             parts.extend([
                 heading("What was tried", about),
-                tried(&found.explanations, found.limit),
+                super::blocks(&tried(&found.explanations, found.limit))?,
             ]);
         }
         for diagnosis in pairs(case)
@@ -165,14 +165,14 @@ impl<'a> Run<'a> {
                         Html::from([by_term(put, about), table(&worst(&found.worst)), table(&terms(&found.terms))]),
                     ))
                 }
-                @if let Some((case, _)) = case { (folded(summary(case), Html::from([fields(case), posed(case)]))) }
+                @if let Some((case, _)) = case { (folded(summary(case), Html::from([table(&fields(case)), posed(case)]))) }
             }
         }
     }
 
     /// Every pair and field of all cases, and how they are posed.
     pub fn rest(self) -> Html {
-        html! { @for case in &self.outcome.cases { h3 { (summary(case)) } (fields(case)) (posed(case)) } }
+        html! { @for case in &self.outcome.cases { h3 { (summary(case)) } (table(&fields(case))) (posed(case)) } }
     }
 }
 

@@ -22,6 +22,15 @@ impl Axis {
         }
     }
 
+    /// From value to value, with these labels.
+    pub fn linear(name: &str, at: impl IntoIterator<Item = (f64, String)>) -> Self {
+        Axis {
+            is_linear: true,
+            at: at.into_iter().collect(),
+            ..Axis::new(name)
+        }
+    }
+
     pub fn shows(&self, value: f64) -> bool {
         value.is_finite() && (self.is_linear || value > 0.0) && value.abs() < 1e100
     }
