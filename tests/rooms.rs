@@ -29,11 +29,12 @@ const ROOMS: [(&str, &[&str]); 9] = [
 ];
 
 /// Our crates, and which of ours each may name. Above all: the judge never imports the judged.
-const CRATES: [(&str, &[&str]); 5] = [
+const CRATES: [(&str, &[&str]); 6] = [
     ("faceoff-mesh", &[]),
     ("faceoff-judge", &["faceoff-mesh"]),
     ("faceoff-fem", &["faceoff-mesh"]),
     ("faceoff-form", &["faceoff-fem", "faceoff-mesh"]),
+    ("faceoff-sentence", &[]),
     (
         "faceoff-python",
         &["faceoff", "faceoff-judge", "faceoff-mesh"],

@@ -93,7 +93,7 @@ pub fn certify<'a>(
     );
     let boundary = told.boundary_off.map(|off| {
         let off = Number::new(off, 2);
-        let what = text!("boundary values were off by up to {} and taken as g", off);
+        let what = text!("boundary values were off by up to {off} and taken as g");
         (text!("on Γ_D"), what)
     });
     let fact = |name: &str, fact: String| (Text::from(name), Text::from(fact));
@@ -128,10 +128,9 @@ pub fn certify<'a>(
     });
     report.story = Story {
         claim: match c.percent() {
-            Some(percent) => text!("The error of **{}** is at most {} of ‖∇u‖", name, percent),
+            Some(percent) => text!("The error of **{name}** is at most {percent} of ‖∇u‖"),
             None => text!(
-                "The error of **{}** is at most {} in the energy norm",
-                name,
+                "The error of **{name}** is at most {} in the energy norm",
                 c.short()
             ),
         },

@@ -60,10 +60,7 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
         ],
     };
     report.notes = vec![text!(
-        "Agrees where |a − b| ≤ atol + rtol × the largest value of the field; matched by {}. a is `{}`, b is `{}`.",
-        map,
-        &comparison.a,
-        &comparison.b
+        "Agrees where |a − b| ≤ atol + rtol × the largest value of the field; matched by {map}. a is `{comparison.a}`, b is `{comparison.b}`."
     )];
     let name = format!("{} – {}", comparison.a, comparison.b);
     report.suites = vec![Suite::new(&name, cases(&name, comparison))];
@@ -118,19 +115,16 @@ fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Text 
         ([], _) => {
             let fields = match all {
                 1 => "one field".into(),
-                _ => text!("all {} fields", all),
+                _ => text!("all {all} fields"),
             };
             let [a, b] = [&comparison.a, &comparison.b].map(|path| name(path));
-            text!("{} and {} **{}** in {}", a, b, word, fields)
+            text!("{a} and {b} **{word}** in {fields}")
         }
-        ([one], []) => text!("**{}** cannot be judged", one),
-        ([one, two], []) => text!("**{}, {}** cannot be judged", one, two),
+        ([one], []) => text!("**{one}** cannot be judged"),
+        ([one, two], []) => text!("**{one}, {two}** cannot be judged"),
         ([one, two, rest @ ..], []) => text!(
-            "**{}, {}** and {} more of {} fields cannot be judged",
-            one,
-            two,
-            rest.len(),
-            all
+            "**{one}, {two}** and {} more of {all} fields cannot be judged",
+            rest.len()
         ),
         ([one], [of, ..]) => {
             let worst = of.field.worst.as_ref().filter(|_| of.field.max_abs != 0.0);
@@ -138,7 +132,7 @@ fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Text 
                 .map(|worst| &worst.midpoint)
                 .filter(|at| !at.is_empty());
             let at = at.map(|at| text!(", most at {}", place(at)));
-            text!("**{}** differs{}", one, at)
+            text!("**{one}** differs{at}")
         }
         _ => text!("{} differ", several(&names, Some(all))),
     }
@@ -146,11 +140,11 @@ fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Text 
 
 /// The first of several names, and how many more there are.
 fn several(names: &[&str], all: Option<usize>) -> Text {
-    let of = all.map(|all| text!(" of {}", all));
+    let of = all.map(|all| text!(" of {all}"));
     match names {
-        [one, two] => text!("**{} and {}**", one, two),
+        [one, two] => text!("**{one} and {two}**"),
         [one, two, rest @ ..] => {
-            text!("**{}, {}** and {} more{} fields", one, two, rest.len(), of)
+            text!("**{one}, {two}** and {} more{of} fields", rest.len())
         }
         _ => names.concat().into(),
     }
@@ -169,21 +163,21 @@ fn lede(
     let mut told: Vec<Text> = Vec::new();
     if let Some(ComparedField { field, .. }) = farthest {
         told.push(match &field.reason {
-            Some(reason) => text!("`{}`: {}.", &field.field, reason),
+            Some(reason) => text!("`{field.field}`: {reason}."),
             None => {
                 let values = field.worst.as_ref().map_or(Text::default(), |w| {
                     text!(" There a has {} and b {}.", number(w.a, 6), number(w.b, 6))
                 });
                 let times = Some(field.max_rel / field.tolerance).filter(|t| t.is_finite());
                 let times = times.map(|t| text!(", {} times the tolerance", number(t, 2)));
-                text!("`{}` differs by **{} of its largest value**{}, and beyond it in {} of {} values.{}", &field.field, size(field.max_rel), times, whole(field.beyond), whole(field.faces), values)
+                text!("`{field.field}` differs by **{} of its largest value**{times}, and beyond it in {} of {} values.{values}", size(field.max_rel), whole(field.beyond), whole(field.faces))
             }
         });
         let others = comparison.fields.len() - wrong.len();
         if others > 0 {
             told.push(match others {
                 1 => "The other field agrees.".into(),
-                _ => text!("The other {} fields agree.", others),
+                _ => text!("The other {others} fields agree."),
             });
         }
     } else {
@@ -250,18 +244,12 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
         .worst()
         .filter(|(part, of)| !part.verdict.passes() && of.field.reason.is_none());
     let rests_on = farthest_of.map(|(part, of)| {
-        text!(
-            "Farthest from agreement is **{}**: `{}` differs by {} of its largest value, {} times the tolerance.",
-            part.title(),
-            &of.field.field,
-            size(of.field.max_rel),
-            number(of.factor(), 2)
-        )
+        text!("Farthest from agreement is **{}**: `{of.field.field}` differs by {} of its largest value, {} times the tolerance.", part.title(), size(of.field.max_rel), number(of.factor(), 2))
     });
     let mut facts = sides(&all.a, &all.b);
     facts.extend(all.worst().map(|(part, of)| {
         let name = &of.field.field;
-        let told = text!("{}, `{}`: {}", part.title(), name, why(&of.field));
+        let told = text!("{}, `{name}`: {}", part.title(), why(&of.field));
         ("worst", told)
     }));
     facts.extend(all.notes.iter().map(|note| ("note", note.into())));
@@ -324,13 +312,7 @@ fn claim_of_many(all: &Comparisons, word: &str) -> Text {
     let failed: Vec<&Part> = all.parts.iter().filter(|p| !p.verdict.passes()).collect();
     if failed.is_empty() {
         let [a, b] = [&all.a, &all.b].map(|path| name(path));
-        return text!(
-            "{} and {} **{}** in all {}",
-            a,
-            b,
-            word,
-            count(all.parts.len())
-        );
+        return text!("{a} and {b} **{word}** in all {}", count(all.parts.len()));
     }
     let fields = failed.iter().flat_map(|part| {
         let fields = part.comparison.iter().flat_map(|of| &of.fields);
@@ -340,13 +322,12 @@ fn claim_of_many(all: &Comparisons, word: &str) -> Text {
     });
     let of = count(all.parts.len());
     match &unique(fields)[..] {
-        [] => text!("**{} of {}** could not be compared", failed.len(), of),
-        [one] => text!("**{}** differs in {} of {}", one, failed.len(), of),
+        [] => text!("**{} of {of}** could not be compared", failed.len()),
+        [one] => text!("**{one}** differs in {} of {of}", failed.len()),
         names => text!(
-            "{} differ in {} of {}",
+            "{} differ in {} of {of}",
             several(names, None),
-            failed.len(),
-            of
+            failed.len()
         ),
     }
 }
@@ -395,11 +376,9 @@ fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
         };
         let cells = count(found.cells[k], "cell");
         text!(
-            "{}, measure {}; {} of it alone{}",
-            cells,
+            "{cells}, measure {}; {} of it alone{curved}",
             size(found.measures[k]),
-            Number::new(part, 4),
-            curved
+            Number::new(part, 4)
         )
     };
     let exact = match found.exact {
@@ -409,7 +388,7 @@ fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
     vec![
         ("mesh of a", of(0)),
         ("mesh of b", of(1)),
-        ("in common", text!("{}: {}", size(found.common), exact)),
+        ("in common", text!("{}: {exact}", size(found.common))),
     ]
 }
 

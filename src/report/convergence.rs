@@ -21,26 +21,19 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
     let headline = Text::joined(
         all.iter().map(|of| {
             let h1 = of.h1.as_ref().map(|h1| format!(", {} in H¹", named(h1)));
-            text!("`{}` has order {} in L²{}", &of.field, named(&of.l2), h1)
+            text!("`{of.field}` has order {} in L²{h1}", named(&of.l2))
         }),
         "; ",
     );
     let question = "faceoff orders --results: with which order do results converge?";
-    let mut report = Report::new(
-        "orders",
-        question,
-        headline,
-        &[("results", all)].into_iter().collect::<BTreeMap<_, _>>(),
-    )?;
+    let found = BTreeMap::from([("results", all)]);
+    let mut report = Report::new("orders", question, headline, &found)?;
     report.story.rest.push(orders_table(all).into());
     for of in all {
         report.story.rest.push(levels_table(of).into());
         let picture = Figure {
             name: format!("orders-{}", of.field),
-            caption: text!(
-                "**Errors of {}** over h. Dotted: the nearest whole order",
-                &of.field
-            ),
+            caption: text!("**Errors of {of.field}** over h. Dotted: the nearest whole order"),
             picture: Box::new(|width| charts("errors over h", &panels(of), width)),
         };
         report
@@ -78,7 +71,7 @@ fn orders_table(all: &[Convergence]) -> Table {
 
 /// One line a result.
 fn levels_table(of: &Convergence) -> Table {
-    table!(text!("Errors of `{}`", &of.field), &of.levels, |level|
+    table!(text!("Errors of `{of.field}`"), &of.levels, |level|
         "result" => &level.file,
         "cells" => level.cells,
         "h" => level.h,

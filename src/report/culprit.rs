@@ -9,14 +9,14 @@ use faceoff_mesh::mesh::Triangulation;
 /// `**name:** γ is 1 % too large on one contact face`
 pub(super) fn claim(name: &str, found: &Findings) -> Text {
     if let Some(culprit) = found.culprit() {
-        return text!("**{}:** {}", name, in_short(culprit));
+        return text!("**{name}:** {}", in_short(culprit));
     }
     let place = match found.worst.first() {
         Some(_) if 2 * found.failing > found.rows => " nearly anywhere".into(),
         Some(spot) => text!(" at {}", spot.carrier()),
         None => Text::default(),
     };
-    text!("**{}** does not solve the scheme{}", name, place)
+    text!("**{name}** does not solve the scheme{place}")
 }
 
 /// An explanation without places and digits.
@@ -28,8 +28,8 @@ fn in_short(of: &Explanation) -> Text {
         more => text!("on {} contact faces", whole(more)),
     };
     match of.factor {
-        Some(factor) if is_gamma => text!("γ is {} {}", too_much(factor), on),
-        None if is_gamma => text!("γ is wrong {}", on),
+        Some(factor) if is_gamma => text!("γ is {} {on}", too_much(factor)),
+        None if is_gamma => text!("γ is wrong {on}"),
         _ => of.brief.clone(),
     }
 }
@@ -55,11 +55,9 @@ pub(super) fn equations(found: &Findings, of: &str) -> Text {
         )
     });
     let fails = text!(
-        "It fails **{} of {} equations** of {}{}.",
+        "It fails **{} of {} equations** of {of}{most}.",
         whole(found.failing),
-        whole(found.rows),
-        of,
-        most
+        whole(found.rows)
     );
     let change = match found.culprit() {
         Some(culprit) => {
@@ -79,8 +77,7 @@ pub(super) fn equations(found: &Findings, of: &str) -> Text {
                 _ => "With this one change".into(),
             };
             text!(
-                "{} it solves them all: the residual falls from {} to {}.",
-                with,
+                "{with} it solves them all: the residual falls from {} to {}.",
                 size(found.residual),
                 size(culprit.left)
             )
@@ -101,13 +98,12 @@ pub(super) fn equations(found: &Findings, of: &str) -> Text {
                 }
             };
             text!(
-                "The residual is {}, and no single change of the scheme explains it{}.",
-                size(found.residual),
-                more
+                "The residual is {}, and no single change of the scheme explains it{more}.",
+                size(found.residual)
             )
         }
     };
-    text!("{} {}", fails, change)
+    text!("{fails} {change}")
 }
 
 /// Where the code that is called `name` has what is wrong; with a mesh, what its job folder shows of it.
@@ -128,18 +124,12 @@ pub(super) fn look(found: &Findings, name: &str, job: Option<&Triangulation>) ->
                 ))
             });
             let given = job.map(|_| text!("; in `job/*/case-0` is what it was given"));
-            text!(
-                "Look where {} makes or reads **γ**{}{}{}.",
-                name,
-                on,
-                cell,
-                given
-            )
+            text!("Look where {name} makes or reads **γ**{on}{cell}{given}.")
         }
         None => {
             let mut suspects = found.terms.iter().filter(|t| t.suspect).map(|t| t.term);
             let term = culprit.and_then(|c| c.term).or_else(|| suspects.next())?;
-            text!("Look where {} assembles **{}**.", name, why::name(term))
+            text!("Look where {name} assembles **{}**.", why::name(term))
         }
     };
     Some(Todo::only(words))

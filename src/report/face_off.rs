@@ -33,11 +33,11 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     for field in &of.fields {
         let shown = worst_times(field);
         let more = times_words(field);
-        let words = text!("Differences of `{}`{}", &field.field, &more);
+        let words = text!("Differences of `{field.field}`{more}");
         rest.push(Block::Titled(words, pairs_table(field, &shown)));
         if shown.len() < field.pairs.len() {
             let all: Vec<&OfPair> = field.pairs.iter().collect();
-            let caption = text!("All times of `{}`", &field.field);
+            let caption = text!("All times of `{field.field}`");
             let folded = Block::folded(caption, "", vec![pairs_table(field, &all).into()]);
             rest.push(Block::Page(vec![folded]));
         }
@@ -45,7 +45,7 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
             let times = field
                 .errors_of
                 .map(|times| format!(", of errors at {times}"));
-            let words = text!("Observed orders of `{}`{}", &field.field, times);
+            let words = text!("Observed orders of `{field.field}`{times}");
             rest.push(Block::Titled(words, orders_table(field)));
             let figures = Block::drawn(move || order_figures(field));
             rest.push(Block::Page(vec![figures]));
@@ -53,7 +53,7 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     }
     rest.extend(of.numbers.iter().map(|number| {
         let exact = number.exact.map(|x| text!(", exact {}", Number::exact(x)));
-        let words = text!("`{}`{}", &number.number, exact);
+        let words = text!("`{number.number}`{exact}");
         Block::Titled(words, number_table(number))
     }));
     if let Some(first) = of.in_form.first() {
@@ -76,7 +76,7 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     };
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
         let (a, b) = (&shown.a, &shown.b);
-        text!("On the map a is `{}` and b is `{}`.", a, b)
+        text!("On the map a is `{a}` and b is `{b}`.")
     }));
     report.suites = vec![Suite::new(&of.name, cases(of))];
     Ok(report)
@@ -110,7 +110,7 @@ fn times_words(of: &OfField) -> String {
 /// What fails first: a code, a field, an order, a number.
 fn claim(of: &FaceOffOutcome) -> Text {
     if let Some(run) = of.runs.iter().find(|run| run.failure.is_some()) {
-        return text!("**{}** gave no result{}", &run.code, run.level.at());
+        return text!("**{run.code}** gave no result{}", run.level.at());
     }
     let odd = unsolved(of).or_else(|| of.fields.iter().find_map(OfField::odd_one));
     if let Some(odd) = odd {
@@ -119,7 +119,7 @@ fn claim(of: &FaceOffOutcome) -> Text {
     // A code whose order is wrong where another's is right, before what differs as a consequence.
     if let Some(order) = odd_order(of) {
         let observed = observed(order);
-        return text!("`{}` of **{}** {}", &order.found.field, &order.of, observed);
+        return text!("`{order.found.field}` of **{order.of}** {observed}");
     }
     let fields = of.fields.iter().filter(|f| !f.verdict.passes());
     let numbers = of.numbers.iter().filter(|n| !n.verdict.passes());
@@ -132,17 +132,16 @@ fn claim(of: &FaceOffOutcome) -> Text {
             codes.sort_unstable();
             codes.dedup();
             text!(
-                "{} **{}** on {}",
+                "{} **{}** on {of.name}",
                 codes.join(", "),
-                of.verdict.word(),
-                &of.name
+                of.verdict.word()
             )
         }
         ([_], Some(order)) if !has_differing_pair(of) => {
-            text!("**{}** {}", &order.found.field, observed(order))
+            text!("**{order.found.field}** {}", observed(order))
         }
         ([one], _) if is_untold(of) => {
-            text!("**{}** cannot be told to converge on these meshes", one)
+            text!("**{one}** cannot be told to converge on these meshes")
         }
         (all, _) => {
             let does = match (of.verdict, all.len()) {
@@ -150,7 +149,7 @@ fn claim(of: &FaceOffOutcome) -> Text {
                 (_, 1) => "differs",
                 _ => "differ",
             };
-            text!("**{}** {}", all.join(", "), does)
+            text!("**{}** {does}", all.join(", "))
         }
     }
 }
@@ -163,14 +162,12 @@ fn unsolved(of: &FaceOffOutcome) -> Option<Text> {
     let does = if codes.len() == 1 { "does" } else { "do" };
     let first = found.first()?;
     let cause = match first.cause() {
-        Some(words) => text!(", but as if {}", words),
-        None => text!(": {}", &first.sentence),
+        Some(words) => text!(", but as if {words}"),
+        None => text!(": {first.sentence}"),
     };
     Some(text!(
-        "**{}** {} not solve the form{}",
-        codes.join(", "),
-        does,
-        cause
+        "**{}** {does} not solve the form{cause}",
+        codes.join(", ")
     ))
 }
 
@@ -198,7 +195,7 @@ fn observed(of: &OfOrder) -> Text {
     let limits = ["L²", "H¹"].into_iter().zip(of.limits);
     let apart = limits.filter_map(|(norm, limit)| {
         let limit = limit.filter(|limit| limit.found == Found::Apart)?;
-        Some(text!("{} in {}", limit.words(), norm))
+        Some(text!("{} in {norm}", limit.words()))
     });
     Text::joined(low(of).into_iter().chain(apart), " and ")
 }
@@ -213,9 +210,8 @@ fn low(of: &OfOrder) -> Option<Text> {
         let norm = ["L²", "H¹"][k];
         is_low.then(|| {
             text!(
-                "{} in {} instead of {}",
+                "{} in {norm} instead of {}",
                 number(fit, 3),
-                norm,
                 theory.to_string()
             )
         })
@@ -223,9 +219,9 @@ fn low(of: &OfOrder) -> Option<Text> {
     let told: Vec<Text> = told.collect();
     let axis = match &*of.axis {
         "h" => Text::default(),
-        other => text!(" in {}", other),
+        other => text!(" in {other}"),
     };
-    (!told.is_empty()).then(|| text!("has order {}{}", Text::joined(told, " and "), axis))
+    (!told.is_empty()).then(|| text!("has order {}{axis}", Text::joined(told, " and ")))
 }
 
 fn lede(of: &FaceOffOutcome) -> Text {
@@ -239,34 +235,19 @@ fn lede(of: &FaceOffOutcome) -> Text {
         let size = size(found.max_rel);
         told.push(match (&found.reason, found.verdict.passes()) {
             (Some(reason), _) => {
-                text!("`{}`, {} – {}{}: {}.", name, &pair.a, &pair.b, at, reason)
+                text!("`{name}`, {pair.a} – {pair.b}{at}: {reason}.")
             }
-            (None, true) => text!(
-                "The largest difference is **{}** of its field, in `{}`, {} – {}{}.",
-                size,
-                name,
-                &pair.a,
-                &pair.b,
-                at
-            ),
-            (None, false) => text!(
-                "`{}` of {} and {} differs by **{}** of it{}, {} times what is allowed.",
-                name,
-                &pair.a,
-                &pair.b,
-                size,
-                at,
-                number(pair.compared.factor(), 2)
-            ),
+            (None, true) => text!("The largest difference is **{size}** of its field, in `{name}`, {pair.a} – {pair.b}{at}."),
+            (None, false) => text!("`{name}` of {pair.a} and {pair.b} differs by **{size}** of it{at}, {} times what is allowed.", number(pair.compared.factor(), 2)),
         });
     }
     let wrong = of.in_form.iter();
     let wrong = wrong.filter_map(|of| Some((of, &of.wrong()?.sentence)));
-    told.extend(wrong.map(|(of, words)| text!("`{}`{}: {}.", &of.code, of.level.at(), words)));
+    told.extend(wrong.map(|(of, words)| text!("`{of.code}`{}: {words}.", of.level.at())));
     told.extend(orders_of(of).filter_map(order_words));
     told.extend(of.missing.iter().map(|of| message(&of.message)));
     let findings = of.diagnosis.iter().flat_map(|d| &d.findings);
-    told.extend(findings.map(|finding| text!("{}.", finding)));
+    told.extend(findings.map(|finding| text!("{finding}.")));
     Text::joined(told, " ")
 }
 
@@ -302,15 +283,10 @@ fn order_words(of: &OfOrder) -> Option<Text> {
         };
         let (field, words) = (&of.found.field, limit.words());
         Some(text!(
-            "The {} in `{}` of {} in {} {}.",
-            what,
-            field,
-            &of.of,
-            norm,
-            words
+            "The {what} in `{field}` of {of.of} in {norm} {words}."
         ))
     });
-    let low = low(of).map(|low| text!("`{}` of {} {}.", &of.found.field, &of.of, low));
+    let low = low(of).map(|low| text!("`{of.found.field}` of {of.of} {low}."));
     let all = Text::joined(low.into_iter().chain(limits), " ");
     Some(all).filter(|all| !all.is_empty())
 }
@@ -333,14 +309,11 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
         let is_constant = order.verdicts == [Some(Verdict::Disagree), Some(Verdict::Agree)];
         steps.push(Todo::only(match is_of_time && order.axis == "h" {
             true => "The error of the time step does not fall with the mesh: let the step fall with it, by a list under [parameters] as long as n, before looking for another cause.".into(),
-            false if is_constant => text!("The gradient of `{}` converges as it should and `{}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact.", &order.found.field, &order.found.field),
+            false if is_constant => text!("The gradient of `{order.found.field}` converges as it should and `{order.found.field}` itself does not: see first what fixes the constant in it, a value at a point or the mean, in the codes and in exact."),
             false => "Refine further to see whether the order rises, and take parts of the form, the data and the element away one by one, in each code whose order is low.".into(),
         }));
     } else if let Some(known) = known.clone().next() {
-        let words = text!(
-            "Mend that in `{}`, or in the form, and run this again.",
-            &known.code
-        );
+        let words = text!("Mend that in `{known.code}`, or in the form, and run this again.");
         steps.push(Todo::only(words));
     } else if of.fields.iter().any(|f| f.verdict == Verdict::Disagree) {
         steps.push(Todo::only("Look where the difference enters: on a boundary it is a condition or a group, everywhere a coefficient, a sign or a quadrature rule."));
@@ -405,6 +378,7 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair]) -> Table {
         "verdict" => verdict(pair),
         "remark" => remark(pair),
     )
+    .known()
 }
 
 /// What the result of each code leaves of the form.
@@ -415,7 +389,7 @@ fn in_form_table(all: &[OfForm]) -> Table {
         "residual" => of.found.as_ref().map(|found| found.residual),
         "found" => match (&of.found, &of.refused) {
             (Some(found), _) => match found.cause() {
-                Some(cause) => text!("as if {}", cause),
+                Some(cause) => text!("as if {cause}"),
                 None => found.sentence.clone(),
             },
             (None, refused) => Text::message(refused.as_deref().unwrap_or_default()),
@@ -458,7 +432,7 @@ fn order_figures(of: &OfField) -> html::Html {
     };
     let mut panels = vec![panel("L²", 0, |n| Some(n.l2)), panel("H¹", 1, |n| n.h1)];
     panels.retain(|panel| !panel.is_empty());
-    let caption = text!("**{}** by n, with the order that fits", &of.field);
+    let caption = text!("**{of.field}** by n, with the order that fits");
     let widest = if panels.len() > 1 {
         html::WIDEST
     } else {
@@ -469,7 +443,7 @@ fn order_figures(of: &OfField) -> html::Html {
 
 fn number_table(of: &OfNumber) -> Table {
     let values = |row: &RowOfNumber| {
-        let of = |(code, value): (&String, &f64)| text!("{} {}", code, Number::new(*value, 13));
+        let of = |(code, value): (&String, &f64)| text!("{code} {}", Number::new(*value, 13));
         Text::joined(row.values.iter().map(of), ", ")
     };
     let verdict = |row: &RowOfNumber| match row.judged {

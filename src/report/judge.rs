@@ -91,7 +91,7 @@ pub fn judge<'a>(
     let title = format!("faceoff judge: {}, {of}", told.result);
     let mut report = Report::judging("judge", &title, told.verdict, told)?;
     let colon = if told.verdict.passes() { "" } else { ":" };
-    report.headline = text!("{}: {}{} {}", verdict, &told.result, colon, &told.sentence);
+    report.headline = text!("{verdict}: {told.result}{colon} {told.sentence}");
     report.inputs = inputs;
     let mesh = case.problem.space.mesh;
     report.digests.push(("the mesh".into(), mesh.digest()));
@@ -158,14 +158,13 @@ pub fn judge<'a>(
     let proved = told.certificate.as_ref().map(Certified::brief);
     report.story = Story {
         claim: match told.verdict {
-            Verdict::Agree => text!("**{}** solves the scheme, to rounding", name),
+            Verdict::Agree => text!("**{name}** solves the scheme, to rounding"),
             _ => claim(name, found),
         },
         rests_on: match told.verdict {
             Verdict::Agree => text!(
-                "All **{} equations** of {} hold: the largest residual is {}. Proved besides: {}.",
+                "All **{} equations** of {of} hold: the largest residual is {}. Proved besides: {}.",
                 whole(found.rows),
-                &of,
                 size(found.residual),
                 proved.unwrap_or(certificate)
             ),

@@ -139,7 +139,7 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
     );
     let colon = if found.verdict.passes() { "" } else { ":" };
     let verdict = found.verdict.word();
-    report.headline = text!("{}: {}{} {}", verdict, result, colon, &found.sentence);
+    report.headline = text!("{verdict}: {result}{colon} {found.sentence}");
     report.inputs = inputs;
     report.notes = vec![text!(
         "Residual: F at the result of each row over the sum of the sizes of what it is made of. The fields were written {}; no more than {} counts as \
@@ -183,11 +183,11 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
         [format!("faceoff verify --run {}", told.scene)],
     );
     let rows = Todo::only(text!("Every row is in `rows.csv`, beside this page."));
-    let cause = found.cause().map(|words| text!(", but as if {}", words));
+    let cause = found.cause().map(|words| text!(", but as if {words}"));
     report.story = Story {
         claim: match found.verdict {
-            Verdict::Agree => text!("**{}** solves the form {}, to rounding", name, form),
-            _ => text!("**{}** does not solve the form {}{}", name, form, cause),
+            Verdict::Agree => text!("**{name}** solves the form {form}, to rounding"),
+            _ => text!("**{name}** does not solve the form {form}{cause}"),
         },
         rests_on: found.sentence.clone(),
         picture: Vec::new(),

@@ -91,7 +91,7 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
     let title = "faceoff matrix: which releases of which codes agree?";
     let mut report = Report::judging("matrix", title, outcome.verdict, outcome)?;
     report.headline = headline.clone().into();
-    report.story.claim = text!("**{}**", headline);
+    report.story.claim = text!("**{headline}**");
     report.story.rests_on = text!(
         "{}, each held against the solver of faceoff on the same meshes, field by field. A number is the largest difference, \
          relative to the field; a line's name leads to all that it rests on.",
@@ -192,8 +192,7 @@ fn word(became: Became) -> &'static str {
 fn sentences(outcome: &MatrixOutcome) -> Vec<Text> {
     let said = outcome.cells.iter().filter_map(|cell| {
         let sentence = text!(
-            "{} {}: {}",
-            &cell.release,
+            "{cell.release} {}: {}",
             word(cell.became),
             cell.why.as_ref()?
         );

@@ -170,7 +170,7 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
     let mut report = Report::new("mesh check", &title, headline, &judged)?;
     report.verdict = Some((verdict, word));
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    report.story.claim = text!("**{}** is {}", &*name, word);
+    report.story.claim = text!("**{}** is {word}", &*name);
     report.story.rests_on = match words.is_empty() {
         true => "No cell is inverted, degenerate or there twice, no point is left over, and every boundary face is in a group.".into(),
         false => text!("It has {}.", Text::joined(words.into_iter().map(Text::strong), ", ")),

@@ -21,7 +21,7 @@ pub struct Report<'a> {
     pub title: String,
     /// Where something is judged: the verdict, and the word for it.
     pub verdict: Option<(Verdict, &'static str)>,
-    /// The answer in one sentence; where it is empty, the verdict, and the claim where that is no pass.
+    /// The answer in one sentence; where it is empty, the verdict, and the claim where that is no pass or nothing is judged.
     pub headline: Text,
     /// The answer, and all that it rests on.
     pub story: Story<'a>,
@@ -185,11 +185,10 @@ impl<'a> Report<'a> {
     /// The answer in one sentence.
     pub fn headline(&self) -> Text {
         match self.verdict {
-            Some((verdict, word)) if self.headline.is_empty() => match verdict.passes() {
-                true => word.into(),
-                false => text!("{}: {}", word, &self.story.claim),
-            },
-            _ => self.headline.clone(),
+            _ if !self.headline.is_empty() => self.headline.clone(),
+            Some((verdict, word)) if verdict.passes() => word.into(),
+            Some((_, word)) => text!("{word}: {self.story.claim}"),
+            None => self.story.claim.clone(),
         }
     }
 
@@ -375,7 +374,7 @@ pub fn each_once(said: impl Iterator<Item = (Text, Text)>, all: usize) -> Vec<Te
     }
     let told = |(sentence, places): (Text, Vec<Text>)| match places.len() {
         count if count == all => sentence,
-        _ => text!("{} ({})", sentence, Text::joined(places, "; ")),
+        _ => text!("{sentence} ({})", Text::joined(places, "; ")),
     };
     known.into_iter().map(told).collect()
 }

@@ -27,23 +27,9 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         0 => String::new(),
         open => format!(", {open} with nothing to judge"),
     };
-    let headline = match known {
-        0 => "no theory is known of these solutions beside the orders".to_owned(),
-        _ => format!(
-            "{}: {} as theory, {} not settled, {} below{open}",
-            count(2 * all.len(), "order"),
-            of(Reach::AsTheory),
-            of(Reach::NotSettled),
-            of(Reach::Below)
-        ),
-    };
     let question = "faceoff orders: does every method converge as theory says?";
-    let mut report = Report::new(
-        "orders",
-        question,
-        headline,
-        &[("orders", all)].into_iter().collect::<BTreeMap<_, _>>(),
-    )?;
+    let found = BTreeMap::from([("orders", all)]);
+    let mut report = Report::new("orders", question, "", &found)?;
     let h1 = in_norm("H¹", all, |o| {
         let theory = o.theory.as_ref().map(|t| ("", t.h1, t.h1_limited_by));
         (&o.h1, theory, o.h1_verdict, |e| e.h1)
@@ -73,15 +59,11 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     let rests_on = match (known, of(Reach::NotSettled), of(Reach::Below)) {
         (0, ..) => Text::default(),
         (_, 0, 0) => text!(
-            "None is below theory, and all that theory knows are settled on these meshes{}.",
-            open
+            "None is below theory, and all that theory knows are settled on these meshes{open}."
         ),
-        (_, unsettled, below) => text!(
-            "{} are not settled on these meshes, {} are below theory{}.",
-            unsettled,
-            below,
-            open
-        ),
+        (_, unsettled, below) => {
+            text!("{unsettled} are not settled on these meshes, {below} are below theory{open}.")
+        }
     };
     report.notes.push("Errors are relative to the norms of u; an order is the slope between two meshes, the fit that of the last ones.".into());
     let levels = all.iter();
@@ -136,10 +118,7 @@ fn figures(all: &[Orders]) -> Html {
             let theories = of().filter_map(|o| Some(theory(o.theory.as_ref()?)));
             over_n(norm, of().map(line), theories)
         });
-        let caption = text!(
-            "**{}**: the relative error over n, and the order that fits",
-            scene
-        );
+        let caption = text!("**{scene}**: the relative error over n, and the order that fits");
         orders_figure(caption, panels.into(), html::WIDEST)
     });
     pictures.collect()

@@ -47,16 +47,14 @@ pub(super) fn provenance(report: &Report) -> Provenance {
         now(),
         BEGUN.get().map(|begun| took(begun.elapsed().as_secs_f64())),
     );
-    let engine = |(name, version): &(String, String)| text!("{} **{}**", name, version);
+    let engine = |(name, version): &(String, String)| text!("{name} **{version}**");
     let engines = Text::joined(report.engines.iter().map(engine), ", ");
     let mut line = vec![Text::from(&date)];
-    line.extend(took.iter().map(|took| text!("took {}", took)));
-    line.push(text!("faceoff **{}**", &machine.version));
+    line.extend(took.iter().map(|took| text!("took {took}")));
+    line.push(text!("faceoff **{machine.version}**"));
     line.extend((!engines.is_empty()).then(|| engines.clone()));
     line.push(text!(
-        "on **{}**, {}, {}",
-        name,
-        system,
+        "on **{name}**, {system}, {}",
         count(threads, "thread")
     ));
     let mut all: Vec<(Text, Text)> = vec![(
@@ -87,12 +85,12 @@ pub(super) fn provenance(report: &Report) -> Provenance {
     known.dedup();
     if let [first, rest @ ..] = &known[..] {
         let more = if rest.is_empty() { "" } else { ", …" };
-        line.push(text!("digest `{}`{}", &first[..first.len().min(8)], more));
+        line.push(text!("digest `{}`{more}", &first[..first.len().min(8)]));
     }
     all.extend(
         digests
             .into_iter()
-            .map(|(name, digest)| (format!("digest of {name}").into(), text!("`{}`", digest))),
+            .map(|(name, digest)| (format!("digest of {name}").into(), text!("`{digest}`"))),
     );
     Provenance {
         command: format!("faceoff {}", typed()),

@@ -180,7 +180,7 @@ impl Answer {
     pub fn doubt(&self, mesh: &Triangulation) -> Option<Text> {
         let on = |face: usize| {
             let at = place(&mesh.face_midpoint(face)[..mesh.dim]);
-            text!("face {} at {}", format!("{:?}", mesh.face(face)), at)
+            text!("face {} at {at}", format!("{:?}", mesh.face(face)))
         };
         let why = match self.uniqueness? {
             Doubt::GammaTooSmall { face, factor, .. } => text!(
@@ -196,12 +196,12 @@ impl Answer {
                 short(self.gamma0),
                 on(face)
             ),
-            Doubt::NoTheorem => text!("no condition is known for {}", &self.method),
+            Doubt::NoTheorem => text!("no condition is known for {self.method}"),
             Doubt::Floating => {
                 "a part of the domain is held by nothing, and its load is balanced".into()
             }
         };
-        Some(text!("the scheme may have several solutions: {}", why))
+        Some(text!("the scheme may have several solutions: {why}"))
     }
 
     /// Does the scheme's residual bear out what another code says of its convergence? One whose factorisation failed may
@@ -340,19 +340,14 @@ pub fn solve<'a>(
     let taken = count(a.iterations, "step");
     report.story = Story {
         claim: match a.converged {
-            true => text!("{} is **solved** by {} in {}", &a.scene, &a.method, taken),
-            false => text!(
-                "{} is **not solved**: the tolerance is not reached in {}",
-                &a.scene,
-                taken
-            ),
+            true => text!("{a.scene} is **solved** by {a.method} in {taken}"),
+            false => text!("{a.scene} is **not solved**: the tolerance is not reached in {taken}"),
         },
         rests_on: text!(
-            "{} unknowns, a residual of **{}**; contact on {}.{}",
+            "{} unknowns, a residual of **{}**; contact on {}.{proved}",
             whole(a.dofs),
             size(a.residual),
-            contact(&a.contact_set),
-            proved
+            contact(&a.contact_set)
         ),
         picture: vec![Block::Beside(vec![
             ("c4 half", vec![u_drawn]),

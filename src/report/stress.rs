@@ -49,11 +49,7 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     let all = outcome.entries.len();
     report.story.claim = match wrong {
         0 => text!("**Nothing is wrong** in {}", count(all, "trial")),
-        _ => text!(
-            "**{} of {} answers are wrong** and claim to be right",
-            wrong,
-            all
-        ),
+        _ => text!("**{wrong} of {all} answers are wrong** and claim to be right"),
     };
     report.story.rests_on = behaviours(outcome);
     report.engines = outcome.engines.clone();
@@ -100,19 +96,12 @@ fn behaviours(outcome: &StressOutcome) -> Text {
     let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0));
     let worst = worst.map(|(factor, c)| {
         text!(
-            " The worst loses a factor of {}: {} {} by {}.",
-            crate::text::number::size(factor),
-            c.family,
-            &c.value,
-            &c.method
+            " The worst loses a factor of {}: {c.family} {c.value} by {c.method}.",
+            crate::text::number::size(factor)
         )
     });
     text!(
-        "**{}** hold their accuracy, {} degrade, {} are refused in words.{}",
-        hold,
-        degrade,
-        refuse,
-        worst
+        "**{hold}** hold their accuracy, {degrade} degrade, {refuse} are refused in words.{worst}"
     )
 }
 
@@ -298,14 +287,11 @@ fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> Strin
 fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<Text> {
     let said = entries(outcome, engine).filter_map(|cell| {
         let sentence = match &cell.verdict {
-            Behaviour::Refuses { sentence } => text!("refuses: {}", sentence),
-            Behaviour::Wrong { why } => text!("wrong: {}", why),
+            Behaviour::Refuses { sentence } => text!("refuses: {sentence}"),
+            Behaviour::Wrong { why } => text!("wrong: {why}"),
             _ => return None,
         };
-        Some((
-            sentence,
-            text!("{} {} {}", cell.family, &cell.value, &cell.method),
-        ))
+        Some((sentence, text!("{cell.family} {cell.value} {cell.method}")))
     });
     each_once(said, usize::MAX)
 }

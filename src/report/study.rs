@@ -43,15 +43,8 @@ const GAMMAS: &str = "The paper's theory asks for γ = γ₀h with γ₀ large e
 /// # Errors
 /// None but of a broken installation.
 pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
-    let headline = format!(
-        "{} in {:.1} s of {:.0} s; {} left out",
-        count(outcome.rows.len(), "measurement"),
-        outcome.spent,
-        outcome.budget,
-        outcome.left_out.len()
-    );
     let question = "faceoff study: what does each digit cost?";
-    let mut report = Report::new("study", question, headline, outcome)?;
+    let mut report = Report::new("study", question, "", outcome)?;
     report.engines = outcome.engines.clone();
     let scenes = unique(outcome.rows.iter().map(|row| &*row.scene));
     let about = match scenes[..] {
@@ -66,12 +59,11 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
         some => count(some, "measurement"),
     };
     report.story.rests_on = text!(
-        "{} of {}: {} of {} s were spent, {} left out.",
+        "{} of {}: {} of {} s were spent, {left_out} left out.",
         count(outcome.rows.len(), "measurement"),
         scenes.join(", "),
         number(outcome.spent, 2),
-        number(outcome.budget, 2),
-        left_out
+        number(outcome.budget, 2)
     );
     let first = scenes
         .first()
@@ -107,17 +99,15 @@ fn claim(advice: &[Advice], about: &str) -> Option<Text> {
     };
     let bound = if of.best.is_bound { " certified" } else { "" };
     let mut words = text!(
-        "**{}{} energy error**{} costs {} by {}",
+        "**{}{bound} energy error**{about} costs {} by {}",
         percent_asked(of.target),
-        bound,
-        about,
         duration(of.best.seconds).text(),
         way(&of.best)
     );
     for (k, other) in of.others.iter().enumerate() {
         let [between, needs] = if k == 0 { ["; ", " needs"] } else { [", ", ""] };
         let time = duration(other.seconds).text();
-        words = words.and(text!("{}{}{} {}", between, &other.engine, needs, time));
+        words = words.and(text!("{between}{other.engine}{needs} {time}"));
     }
     Some(words)
 }
@@ -130,10 +120,8 @@ fn least(outcome: &StudyOutcome) -> Option<Text> {
     let errors = rows.filter_map(|row| Some((row.error(Norm::Energy)?, row)));
     let (error, row) = errors.min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(text!(
-        "The least error in energy is **{}**, by {} of {} in {}",
+        "The least error in energy is **{}**, by {row.method} of {row.engine} in {}",
         percent(error),
-        &row.method,
-        &row.engine,
         duration(row.seconds.median).text()
     ))
 }
@@ -348,11 +336,7 @@ fn gamma_table(outcome: &StudyOutcome, scene: &str) -> Table {
 /// below larger by 0.01 γ₀^-1.00"
 fn gamma_sentence(g: &Gammas) -> Text {
     let mut told = text!(
-        "{}, n = {}: solved at {} of {} values, in {} to {} steps",
-        &g.method,
-        g.n,
-        g.solved,
-        g.tried,
+        "{g.method}, n = {g.n}: solved at {g.solved} of {g.tried} values, in {} to {} steps",
         g.steps[0],
         g.steps[1]
     );
@@ -363,8 +347,7 @@ fn gamma_sentence(g: &Gammas) -> Text {
     for (name, safe) in errors {
         let Some(safe) = safe else { continue };
         told = told.and(text!(
-            "; the {} is {}, or larger by less than a tenth, for γ₀ from {} to {}",
-            name,
+            "; the {name} is {}, or larger by less than a tenth, for γ₀ from {} to {}",
             short(safe.least),
             Number::power(safe.from),
             Number::power(safe.to)
@@ -374,11 +357,9 @@ fn gamma_sentence(g: &Gammas) -> Text {
                 let spread = fit.spread.map(|s| text!(" (± {})", Number::fixed(s, 2)));
                 let (constant, exponent) = (fit.constant, fit.exponent);
                 told = told.and(text!(
-                    ", {} it grows by {} γ₀^{}{}",
-                    side,
+                    ", {side} it grows by {} γ₀^{}{spread}",
                     Number::new(constant, 3),
-                    Number::fixed(exponent, 2),
-                    spread
+                    Number::fixed(exponent, 2)
                 ));
             }
         }

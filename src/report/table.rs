@@ -73,7 +73,8 @@ impl Table {
 
     /// Without the columns of which nothing is known.
     pub fn known(mut self) -> Self {
-        let is_told = |cell: &Cell| cell.verdict.is_some() || !cell.shown.is_empty();
+        let is_told =
+            |cell: &Cell| cell.verdict.is_some() || !cell.shown.is_empty() || !cell.more.is_empty();
         let of = |k: usize| self.rows.iter().any(|row| is_told(&row[k]));
         let kept: Vec<bool> = (0..self.head.len()).map(of).collect();
         let mut keep = kept.iter();

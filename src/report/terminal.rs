@@ -12,6 +12,11 @@ pub fn text(report: &Report) -> String {
     let mut text = String::new();
     // What is written to a string is never lost.
     let _ = write(&mut text, &report.story.rest);
+    // Where the claim is the answer, what it rests on is said nowhere else.
+    let because = &report.story.rests_on;
+    if report.verdict.is_none() && report.headline.is_empty() && !because.is_empty() {
+        let _ = writeln!(text, "{because}");
+    }
     text
 }
 

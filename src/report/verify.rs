@@ -151,11 +151,11 @@ fn of_terminal<'a>(found: &Found, verbose: bool) -> Vec<Block<'a>> {
     for e in found.explanations {
         told.push(Block::text(format!("{}:", label(e.scene, e.method, e.n))));
         let lines = e.explanation.lines().into_iter();
-        told.extend(lines.map(|line| Block::text(text!("  {}", line))));
+        told.extend(lines.map(|line| Block::text(text!("  {line}"))));
     }
     told.extend(found.diagnoses.iter().map(|d| {
         let about = label(&d.scene, &d.method, d.n);
-        Block::text(text!("{}: {} – {}: {}", about, &d.a, &d.b, d.sentence()))
+        Block::text(text!("{about}: {d.a} – {d.b}: {}", d.sentence()))
     }));
     told
 }
@@ -188,9 +188,8 @@ fn notes(outcome: &VerifyOutcome) -> Vec<Text> {
     let gamma = outcome.cases.first();
     let gamma = gamma.map(|case| format!(" γ = {} h.", case.setup.discretisation.gamma0));
     vec![text!(
-        "Schemes: Burman, Hansbo, Larson 2017, (3.2) and (2.4);{} Residual: the largest row over the sum of the sizes of its terms; \
+        "Schemes: Burman, Hansbo, Larson 2017, (3.2) and (2.4);{gamma} Residual: the largest row over the sum of the sizes of its terms; \
          tolerance {}. Difference: |a − b| relative to max |u| and to how much the field changes with the unknowns; tolerances {}.",
-        gamma,
         number(RESIDUAL_TOLERANCE, 2),
         tolerances(outcome)
     )]

@@ -128,28 +128,9 @@ impl Display for Number {
     }
 }
 
-/// A sentence from a template and what stands at its `{}`. In the template `…` encloses what one would type and **…** what stands
-/// out, and Γ_C is the part of the boundary; what is put in is taken as it is.
-macro_rules! text {
-    ($template:expr $(, $value:expr)* $(,)?) => {{
-        const { assert!($crate::text::holes($template) == <[&str]>::len(&[$(stringify!($value)),*])) };
-        $crate::text::Text::filled($template, [$($crate::text::Text::from($value)),*])
-    }};
-}
-pub(crate) use text;
-
-/// The number of `{}` in a template.
-pub(crate) const fn holes(template: &str) -> usize {
-    let bytes = template.as_bytes();
-    let (mut k, mut found) = (1, 0);
-    while k < bytes.len() {
-        if bytes[k - 1] == b'{' && bytes[k] == b'}' {
-            found += 1;
-        }
-        k += 1;
-    }
-    found
-}
+/// A sentence from a template and what stands at its `{}`, or has the name in them. In the template `…` encloses what one would type
+/// and **…** what stands out, and Γ_C is the part of the boundary; what is put in is taken as it is.
+pub(crate) use faceoff_sentence::text;
 
 impl Text {
     /// Its parts, one after the other.
@@ -343,17 +324,31 @@ text_from! {
     &String: words => [Piece::Words(words.clone())];
     &str: words => [Piece::Words(words.to_owned())];
     &&str: words => [Piece::Words((*words).to_owned())];
+    &&&str: words => [Piece::Words((**words).to_owned())];
     &&String: words => [Piece::Words((*words).clone())];
     usize: count => [Piece::Words(count.to_string())];
     &usize: count => [Piece::Words(count.to_string())];
     u32: count => [Piece::Words(count.to_string())];
     &u32: count => [Piece::Words(count.to_string())];
     Number: number => [Piece::Number(number)];
+    &Number: number => [Piece::Number(*number)];
 }
 
 impl From<&Text> for Text {
     fn from(text: &Text) -> Self {
         text.clone()
+    }
+}
+
+impl From<&&Text> for Text {
+    fn from(text: &&Text) -> Self {
+        (*text).clone()
+    }
+}
+
+impl<T: Clone + Into<Text>> From<&Option<T>> for Text {
+    fn from(value: &Option<T>) -> Self {
+        value.clone().into()
     }
 }
 

@@ -294,7 +294,7 @@ pub(in crate::report) fn posed(case: &CaseOutcome) -> Html {
         ("codes".into(), versions(case).into()),
         (
             "mesh".into(),
-            text!("{}; digest `{}`", sizes(case), &case.mesh_digest),
+            text!("{}; digest `{case.mesh_digest}`", sizes(case)),
         ),
         (
             "γ".into(),
@@ -302,18 +302,17 @@ pub(in crate::report) fn posed(case: &CaseOutcome) -> Html {
         ),
     ];
     if let Ok([cell, face]) = discretisation.rules(mesh.dim) {
-        let rules = text!("{} for the load, {} on Γ_C and Γ_N", cell.name, face.name);
+        let rules = text!("{cell.name} for the load, {face.name} on Γ_C and Γ_N");
         known.push(("quadrature".into(), rules));
     }
     let stop = text!(
-        "relative broken H¹ norm of the increment at most {}, or {} steps",
-        Number::power(settings.stop.increment),
-        settings.stop.max_iterations
+        "relative broken H¹ norm of the increment at most {}, or {settings.stop.max_iterations} steps",
+        Number::power(settings.stop.increment)
     );
     known.extend([
         (
             "data".into(),
-            text!("`f = {}; g = {}; ∂ₙu = {}; ψ = {}`", f, g, t, psi),
+            text!("`f = {f}; g = {g}; ∂ₙu = {t}; ψ = {psi}`"),
         ),
         ("stopping rule".into(), stop),
         ("start".into(), text!("u = 0, and g on Γ_D")),

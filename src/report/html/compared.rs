@@ -212,10 +212,8 @@ impl<'a> Compared<'a> {
         }
         let by = if is_broken { "face" } else { "vertex" };
         let caption = text!(
-            "**−Δ(a − b)** by {}: where the difference enters, and not where diffusion merely spreads it; warm above {}{}",
-            by,
-            number(ROUNDING, 2),
-            at
+            "**−Δ(a − b)** by {by}: where the difference enters, and not where diffusion merely spreads it; warm above {}{at}",
+            number(ROUNDING, 2)
         );
         let label = format!("where the difference of {} enters", self.of.field.field);
         Some(map(caption, &label, view.height + 14.0, &svg))
@@ -287,9 +285,7 @@ impl<'a> Compared<'a> {
             _ => ("", ""),
         };
         let caption = text!(
-            "**|a − b| of {}**{} relative to its largest value, {}",
-            name,
-            largest,
+            "**|a − b| of {name}**{largest} relative to its largest value, {}",
             size(self.scale())
         );
         let label = format!("map of differences of {name}");
@@ -301,10 +297,7 @@ impl<'a> Compared<'a> {
             let finite = |k: usize| value(k).filter(|v| v.is_finite());
             let svg = self.painted("g", &view, |k| finite(k).map(|v| shades.step(v)));
             let caption = text!(
-                "**{} of {}**{}, {} dark, {} pale",
-                name,
-                letter,
-                mean,
+                "**{name} of {letter}**{mean}, {} dark, {} pale",
                 of(shades.low),
                 of(shades.high)
             );

@@ -25,7 +25,7 @@ pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
         };
         let mut row = vec![Cell::number(
             a.target,
-            text!("**{}** {}", percent_asked(a.target), norm),
+            text!("**{}** {norm}", percent_asked(a.target)),
         )];
         row.extend(engines.iter().map(|name| {
             let Some(way) = ways(a).find(|way| way.engine == *name) else {

@@ -42,8 +42,7 @@ impl Effect<'_> {
                 .collect();
             let surface = Surface::new(mesh, &contact);
             let caption = text!(
-                "**The effect.** |{}| on Γ_C from outside, {}",
-                &self.name,
+                "**The effect.** |{self.name}| on Γ_C from outside, {}",
                 surface.words()
             );
             let worst = worst.filter(|face| contact.contains(face));
@@ -63,7 +62,7 @@ impl Effect<'_> {
         if let Some(face) = worst {
             svg += &circle(view.pixel(flat(mesh.face_midpoint(face))), 8.0);
         }
-        let caption = text!("**The effect.** |{}| of the face means", &self.name);
+        let caption = text!("**The effect.** |{self.name}| of the face means");
         map(caption, &label, view.height + 14.0, &svg)
     }
 
@@ -96,11 +95,8 @@ impl Effect<'_> {
         } else {
             "; black: the others among themselves"
         };
-        let caption = text!(
-            "**It falls off with the distance** from {}: every dot a face{}",
-            place,
-            below
-        );
+        let caption =
+            text!("**It falls off with the distance** from {place}: every dot a face{below}");
         let picture = charts("differences by distance", &[chart], WIDTH);
         figure("", caption, picture.html())
     }

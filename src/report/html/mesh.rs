@@ -254,13 +254,7 @@ fn of_field(scene: &Scene<'_>, field: &Field) -> Html {
     let time = field
         .time
         .map_or(String::new(), |time| format!(", time {time}"));
-    let caption = text!(
-        "**{}{}** on {}{}",
-        what,
-        &field.name,
-        field.on.to_string(),
-        time
-    );
+    let caption = text!("**{what}{field.name}** on {}{time}", field.on.to_string());
     let label = format!("{what}{} on {}", field.name, field.on);
     map(caption, &label, y + 2.0, &svg)
 }

@@ -176,9 +176,13 @@ impl Sheet<'_> {
         };
         let grey = match chart.shades.is_empty() {
             true => "",
+            false if self.is_narrow => "; grey: in contact",
             false => "; grey: in contact, where γ does not enter",
         };
-        let title = text!("γ that each face implies ÷ γ that the scene gives{}", grey);
+        let title = match self.is_narrow {
+            true => text!("γ of each face ÷ γ of the scene{grey}"),
+            false => text!("γ that each face implies ÷ γ that the scene gives{grey}"),
+        };
         self.panel(title, 44.0, chart);
     }
 

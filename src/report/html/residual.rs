@@ -211,11 +211,7 @@ fn overview(put: &Put, about: &str) -> Html {
         svg += &circle(view.pixel(put.place(row)), 9.0);
     }
     svg += &corners(&view);
-    let caption = text!(
-        "**The cause.** Residual of {}, row by row: {}",
-        &put.name,
-        about
-    );
+    let caption = text!("**The cause.** Residual of {put.name}, row by row: {about}");
     let label = format!("residual of {}, {about}", put.name);
     map(caption, &label, view.height + 14.0, &svg)
 }
@@ -350,8 +346,7 @@ fn zoom(put: &Put, about: &str) -> Html {
         .map(|row| put.errors[row]);
     let rest = rest.fold(0.0, f64::max);
     let caption = text!(
-        "**Around the worst.** {}; {} rows fail, all others are at most {}",
-        shape,
+        "**Around the worst.** {shape}; {} rows fail, all others are at most {}",
         whole(count),
         at_most(rest, 2)
     );
@@ -389,7 +384,7 @@ pub(in crate::report) fn by_term(put: &Put, about: &str) -> Html {
             (failing, true) => text!("**{} fail**: may be wrong", whole(failing)),
             (failing, _) => format!("{} fail", whole(failing)).into(),
         };
-        let caption = text!("**{}**: {} rows, {}", &name, whole(of.rows), fail);
+        let caption = text!("**{name}**: {} rows, {fail}", whole(of.rows));
         let label = format!("rows of {name}, {about}");
         map(caption, &label, view.height, &svg)
     });

@@ -43,7 +43,7 @@ pub(in crate::report) fn solution(problem: &Problem, u: &[f64], about: &str) -> 
     let y = view.height + 13.0;
     let svg = layers.svg(true) + &outline(problem, &view, 2.5) + &shades.words(y);
     map(
-        text!("**u**, {}", about),
+        text!("**u**, {about}"),
         &format!("u, {about}"),
         y + 2.0,
         &svg,
@@ -71,9 +71,8 @@ fn zones(problem: &Problem, u: &[f64], about: &str) -> Html {
     let faces: Vec<(usize, usize)> = faces.collect();
     let surface = Surface::new(problem.space.mesh, &all);
     let caption = text!(
-        "**Γ_C from outside**, {}: dark where in contact; {}",
-        surface.words(),
-        about
+        "**Γ_C from outside**, {}: dark where in contact; {about}",
+        surface.words()
     );
     let label = format!("contact status on Γ_C, {about}");
     figure("", caption, surface.picture(&label, &faces, &[], None))

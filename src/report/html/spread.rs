@@ -87,12 +87,11 @@ impl Spread {
             false => String::new(),
         };
         text!(
-            "Of {} differences half are below **{} units of rounding**, 99 in 100 below {}; the largest is {} units{}.",
+            "Of {} differences half are below **{} units of rounding**, 99 in 100 below {}; the largest is {} units{slack}.",
             whole(all.len()),
             units(at(0.5)),
             units(at(0.99)),
-            units(last),
-            slack
+            units(last)
         )
     }
 

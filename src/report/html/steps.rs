@@ -39,11 +39,8 @@ pub(in crate::report) fn steps(all: &Comparisons) -> Html {
         0 => String::new(),
         more => format!("; {more} more fields are farther below their tolerances"),
     };
-    let caption = text!(
-        "**Largest |a − b|** relative to the largest value of its field, {}{}",
-        by,
-        more
-    );
+    let caption =
+        text!("**Largest |a − b|** relative to the largest value of its field, {by}{more}");
     chart_figure(&caption, &[chart(all, &tracks)], WIDEST)
 }
 

@@ -156,10 +156,8 @@ pub(super) fn cause(put: &Put, about: &str) -> Html {
     if !all.is_empty() {
         let surface = Surface::new(mesh, &all);
         let caption = text!(
-            "**The cause.** Γ_C from outside, {}: each face by the worst row of the cell behind it; {}, {}",
-            surface.words(),
-            &put.name,
-            about
+            "**The cause.** Γ_C from outside, {}: each face by the worst row of the cell behind it; {put.name}, {about}",
+            surface.words()
         );
         let label = format!("residual of {} on Γ_C, {about}", put.name);
         let worst = farthest.map(|(face, _)| face);

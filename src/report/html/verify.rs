@@ -280,10 +280,7 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
         return Ok(pictures);
     }
     let beyond = match field.beyond {
-        0 => text!(
-            "No face differs beyond the tolerance in `{}`.",
-            &field.field
-        ),
+        0 => text!("No face differs beyond the tolerance in `{field.field}`."),
         some => text!(
             "A fault in few rows spreads: {} of {} faces differ beyond the tolerance, by up to {} of max |u|; the map does not show where to look.",
             whole(some),

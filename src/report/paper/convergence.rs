@@ -24,10 +24,8 @@ pub fn caption(outcome: &PaperOutcome) -> Text {
     });
     let marks: Vec<String> = marks.collect();
     text!(
-        "**Figure 2.** Convergence of the penalty-free method, errors relative to P2 on {} × {}, and the residual on y = 0. \
+        "**Figure 2.** Convergence of the penalty-free method, errors relative to P2 on {outcome.fine} × {outcome.fine}, and the residual on y = 0. \
          6.2: {}. Dotted: O(h) above, O(h²) below",
-        &outcome.fine,
-        &outcome.fine,
         &marks.join(", ")
     )
 }

@@ -37,10 +37,8 @@ pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
         _ => "Colours are codes, marks methods",
     };
     let caption = text!(
-        "**Work and precision** of {}. {}; dashed: adapted meshes; hollow: guaranteed bounds of the \
-         error; bars: least to most time. Dotted: what no measurement beats in both, other tolerances, rules and solvers included",
-        scene,
-        colours
+        "**Work and precision** of {scene}. {colours}; dashed: adapted meshes; hollow: guaranteed bounds of the \
+         error; bars: least to most time. Dotted: what no measurement beats in both, other tolerances, rules and solvers included"
     );
     figure(NORMS.map(panel), format!("work-{scene}"), caption)
 }
@@ -61,7 +59,7 @@ pub fn gamma<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
             ..chart(lines, norm)
         }
     };
-    let caption = text!("**Errors over γ₀** of {}, on the finest mesh", scene);
+    let caption = text!("**Errors over γ₀** of {scene}, on the finest mesh");
     figure(NORMS.map(panel), format!("gamma0-{scene}"), caption)
 }
 

@@ -37,10 +37,7 @@ pub(super) fn told(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[
     because.extend(telling(&outcome.cross).into_iter().filter_map(|(c, _)| {
         let judged = c.judged.filter(|judged| !judged.verdict.passes())?;
         let [a, b, best] = [judged.bounds[0], judged.bounds[1], judged.best].map(|x| at_most(x, 2));
-        Some(text!(
-            "{}: {} by {} is certified to {} and {} by {} to {}, where {} is proved to be possible on that mesh.",
-            &c.scene, &c.a.method, &c.a.engine, a, &c.b.method, &c.b.engine, b, best
-        ))
+        Some(text!("{c.scene}: {c.a.method} by {c.a.engine} is certified to {a} and {c.b.method} by {c.b.engine} to {b}, where {best} is proved to be possible on that mesh."))
     }));
     because.extend(others(outcome));
     let said = because.into_iter().filter(|words| !words.is_empty());
@@ -59,18 +56,17 @@ fn of_culprit(outcome: &VerifyOutcome, case: &CaseOutcome, engine: &EngineOutcom
         Some(found) => found.sentence(),
         None if !engine.finite => "its values are not finite".into(),
         None if engine.residual <= RESIDUAL_TOLERANCE => text!(
-            "it says that it did not converge in {} steps, though it solves the scheme to {}",
-            engine.iterations,
+            "it says that it did not converge in {engine.iterations} steps, though it solves the scheme to {}",
             short(engine.residual)
         ),
-        None => text!("it did not converge in {} steps", engine.iterations),
+        None => text!("it did not converge in {engine.iterations} steps"),
     };
     let claim = match unsolved {
-        _ if nothing_converged => text!("**No code converged** in {}", steps),
-        _ if !engine.finite => text!("**{}** gives values that are not finite", name),
+        _ if nothing_converged => text!("**No code converged** in {steps}"),
+        _ if !engine.finite => text!("**{name}** gives values that are not finite"),
         Some(found) => claim(name, found),
-        None if !engine.converged => text!("**{}** did not converge in {}", name, steps),
-        None => text!("**{}** does not solve the scheme", name),
+        None if !engine.converged => text!("**{name}** did not converge in {steps}"),
+        None => text!("**{name}** does not solve the scheme"),
     };
     let because = match (
         found,
@@ -79,11 +75,10 @@ fn of_culprit(outcome: &VerifyOutcome, case: &CaseOutcome, engine: &EngineOutcom
         (Some(found), _) => equations(found, &label),
         (None, 0) => {
             let last = engine.increments.last().copied().unwrap_or(f64::NAN);
-            text!("In {} the last increment is {}.", &label, size(last))
+            text!("In {label} the last increment is {}.", size(last))
         }
         (None, lost) => text!(
-            "In {} **{} of {} values** are not finite.",
-            &label,
+            "In {label} **{} of {} values** are not finite.",
             whole(lost),
             whole(case.dofs)
         ),
@@ -98,7 +93,7 @@ fn of_culprit(outcome: &VerifyOutcome, case: &CaseOutcome, engine: &EngineOutcom
             others => others.to_string(),
         };
         let apart = Number::new(apart, 2);
-        text!("; the other {} agree to {}", others, apart)
+        text!("; the other {others} agree to {apart}")
     });
     let is_wrong = |e: &EngineOutcome| e.engine == *name && !e.verdict.passes();
     let failed = outcome
@@ -106,9 +101,9 @@ fn of_culprit(outcome: &VerifyOutcome, case: &CaseOutcome, engine: &EngineOutcom
         .iter()
         .filter(|c| c.engines.iter().any(is_wrong));
     let (failed, all) = (failed.count(), outcome.cases.len());
-    let in_how_many = (all > 1).then(|| text!("; it fails in {} of {} cases", failed, all));
+    let in_how_many = (all > 1).then(|| text!("; it fails in {failed} of {all} cases"));
     let silent = joined(outcome.failures.iter().map(|f| f.engine.clone()), ", ");
-    let silent = (!silent.is_empty()).then(|| text!("; no answer from {}", silent));
+    let silent = (!silent.is_empty()).then(|| text!("; no answer from {silent}"));
 
     let code = as_typed(name);
     let fault = outcome.at_fault();
@@ -130,15 +125,7 @@ fn of_culprit(outcome: &VerifyOutcome, case: &CaseOutcome, engine: &EngineOutcom
         .into_iter()
         .chain(look);
     Told {
-        sentence: text!(
-            "{}: {}{}{} ({}{})",
-            name,
-            what,
-            others,
-            silent,
-            label,
-            in_how_many
-        ),
+        sentence: text!("{name}: {what}{others}{silent} ({label}{in_how_many})"),
         claim,
         because,
         next: next
@@ -158,16 +145,12 @@ fn without_culprit(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Told {
         let why = why.unwrap_or_else(|| text!("`--diagnose` runs the codes again"));
         let label = case.label();
         return Told {
-            sentence: text!(
-                "{}: the answers differ though each solves the scheme: {}",
-                &label,
-                &why
-            ),
+            sentence: text!("{label}: the answers differ though each solves the scheme: {why}"),
             claim: text!(
                 "**{}** differ, though each solves the scheme",
                 listed(&apart)
             ),
-            because: text!("{}: {}.", label, why),
+            because: text!("{label}: {why}."),
             next: vec![Todo::new(
                 "Run this case again with one thing matched at a time:",
                 [format!("{} --diagnose", alone(case, &names))],
@@ -196,13 +179,7 @@ fn without_culprit(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Told {
             ""
         };
         let codes = counted(outcome.engines().len());
-        let claim = text!(
-            "{} codes **{}** {}{}",
-            codes,
-            verdict.word(),
-            cases,
-            rounding
-        );
+        let claim = text!("{codes} codes **{}** {cases}{rounding}", verdict.word());
         return Told { claim, ..told };
     }
     if verdict == Verdict::Several {
@@ -242,7 +219,7 @@ fn without_culprit(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Told {
     };
     let (again, check) = (engine::typed(), as_typed(first));
     Told {
-        sentence: text!("no answer from {}", first),
+        sentence: text!("no answer from {first}"),
         claim: text!("**{}** gave no answer", listed(&silent)),
         next: vec![
             Todo::new(
@@ -288,13 +265,7 @@ fn others(outcome: &VerifyOutcome) -> Option<Text> {
         2 => "both cases".into(),
         cases => text!("all {} cases", whole(cases)),
     };
-    Some(text!(
-        "{} {} {} to rounding{}.",
-        listed(&right),
-        is,
-        all,
-        within
-    ))
+    Some(text!("{} {is} {all} to rounding{within}.", listed(&right)))
 }
 
 /// Why answers that solve their scheme differ, if that is all that is to be said: of the case where they do most.
@@ -318,9 +289,8 @@ fn settled(outcome: &VerifyOutcome) -> Option<Text> {
         let face = several.faces.first().map(|face| {
             let at = place(&mesh.face_midpoint(*face)[..mesh.dim]);
             text!(
-                ", first on face {} at {}",
-                format!("{:?}", mesh.face(*face)),
-                at
+                ", first on face {} at {at}",
+                format!("{:?}", mesh.face(*face))
             )
         });
         let unique = several.unique_above.map(|gamma0| {
@@ -330,32 +300,22 @@ fn settled(outcome: &VerifyOutcome) -> Option<Text> {
             )
         });
         return Some(text!(
-            "the codes {} and {} have found two solutions of the same scheme, {} of max|u| apart: contact differs at {}{} ({} of {} choices \
-                 of contact there solve it){}; no code is wrong ({})",
-            a,
-            b,
+            "the codes {a} and {b} have found two solutions of the same scheme, {} of max|u| apart: contact differs at {}{} ({several.found} of {several.tried} choices \
+                 of contact there solve it){}; no code is wrong ({about})",
             short(several.apart),
             count(several.differing, "point"),
             face.unwrap_or_default(),
-            several.found,
-            several.tried,
-            unique.unwrap_or_default(),
-            about
+            unique.unwrap_or_default()
         ));
     }
     let part = settled.conditioning.worst()?;
     let [of_a, of_b] = part.residuals.map(short);
     Some(text!(
-        "the answers differ by {} of max|u|, and rounding alone may move them by {}: condition {} times residuals {} and {} \
-                 of {} and {} ({})",
+        "the answers differ by {} of max|u|, and rounding alone may move them by {}: condition {} times residuals {of_a} and {of_b} \
+                 of {a} and {b} ({about})",
         short(farthest(case)),
         short(part.tolerance),
-        short(part.condition),
-        of_a,
-        of_b,
-        a,
-        b,
-        about
+        short(part.condition)
     ))
 }
 
