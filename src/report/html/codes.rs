@@ -204,36 +204,21 @@ impl<'a> Codes<'a> {
         };
         let mut column = Column::of_dots("", &self.axis);
         column.more = Html::from([key(self.names.iter().copied()), column.more]);
-        type Of<'c, 'a> = (bool, Column, &'c dyn Fn(&'a CaseOutcome) -> Cell);
-        let columns: [Of<'_, 'a>; 11] = [
-            (true, ("w", "scene").into(), &name),
-            (true, ("", "method").into(), &|c| Cell::from(&c.method)),
-            (has_n, ("n", "n").into(), &|c| {
-                Cell::from(c.n.map(|n| Cell::number(n as f64, n)))
-            }),
-            (true, ("n opt", "unknowns").into(), &|c| Cell::from(c.dofs)),
-            (!agree, ("n opt", "contact faces").into(), &|c| {
-                Cell::from(c.contact_faces)
-            }),
-            (true, column, &dots),
-            (true, ("n", "residual").into(), &digits),
-            (agree, ("n", "difference").into(), &|c| units(apart(c))),
-            (!agree, ("w opt", "most at").into(), &|c| Cell::from(at(c))),
-            (!agree, ("n opt", "largest |a − b|").into(), &difference),
-            (!agree, ("w opt", "verdict").into(), &|c| {
-                Cell::from(c.verdict)
-            }),
-        ];
-        let columns: Vec<&Of> = columns.iter().filter(|column| column.0).collect();
-        let rows = cases
-            .iter()
-            .map(|case| columns.iter().map(|column| (column.2)(case)).collect());
-        let head = columns.iter().map(|column| column.1.clone());
-        table(
-            &Table::new("", head)
-                .with(rows)
-                .setting_off(cases.iter().map(|_| false)),
-        )
+        let rows = cases.iter().copied();
+        let table_of = model::table!("", rows, |case|
+            ("w", "scene") => name(case),
+            ("", "method") => &case.method,
+            ("n", "n") => case.n.filter(|_| has_n).map(|n| Cell::number(n as f64, n)),
+            ("n opt", "unknowns") => case.dofs,
+            ("n opt", "contact faces") => (!agree).then_some(case.contact_faces),
+            column => dots(case),
+            ("n", "residual") => digits(case),
+            ("n", "difference") => agree.then(|| units(apart(case))),
+            ("w opt", "most at") => (!agree).then(|| at(case)),
+            ("n opt", "largest |a − b|") => (!agree).then(|| difference(case)),
+            ("w opt", "verdict") => (!agree).then_some(case.verdict),
+        );
+        table(&table_of.setting_off(cases.iter().map(|_| false)).known())
     }
 }
 

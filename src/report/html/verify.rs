@@ -70,40 +70,20 @@ impl<'a> Run<'a> {
         let codes = Codes::new(outcome, &fault);
         let Some((case, engine)) = self.shown() else {
             let about = "What the codes that answered make of it; left of the dashed line, the tolerance, is rounding.";
-            let tables = match codes.names.is_empty() {
-                true => Html::default(),
-                false => Html::from([
-                    heading("One row per code", about),
-                    codes.by_code(),
-                    heading("One row per case", ""),
-                    codes.by_case(None),
-                ]),
-            };
-            return Ok(Html::from([tables, self.folds(None)]));
+            return Ok(html! {
+                @if !codes.names.is_empty() {
+                    (heading("One row per code", about)) (codes.by_code())
+                    (heading("One row per case", "")) (codes.by_case(None))
+                }
+                (self.folds(None))
+            });
         };
-        let about = "Each answer is put back into the scheme. Left of the dashed line, the tolerance, is rounding.";
-        let mut parts = vec![heading("One row per code", about), codes.by_code()];
-        if outcome.cases.len() > 1 {
-            let about = format!(
-                "The largest residual of each case, and where. {}",
-                agreeing(outcome, &fault)
-            );
-            parts.extend([
-                heading("One row per case", about.trim_end()),
-                codes.by_case(Some(case)),
-            ]);
-        }
         let of = case.setup.case()?;
-        let about = case.label();
-        let mut puts: Vec<Put> = case
-            .engines
-            .iter()
-            .filter(|e| !fault.contains(&&*e.engine))
-            .map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, None))
-            .collect();
-        puts.extend(
-            engine.map(|e| Put::new(&e.engine, &of.problem, &e.answer.u, e.findings.as_ref())),
-        );
+        let put =
+            |e: &'a EngineOutcome, found| Put::new(&e.engine, &of.problem, &e.answer.u, found);
+        let right = case.engines.iter().filter(|e| !fault.contains(&&*e.engine));
+        let mut puts: Vec<Put> = right.map(|e| put(e, None)).collect();
+        puts.extend(engine.map(|e| put(e, e.findings.as_ref())));
         let along = Along {
             problem: &of.problem,
             fields: &case.fields,
@@ -112,44 +92,29 @@ impl<'a> Run<'a> {
             tolerance: case.pairs.first().map_or(1e-12, |p| p.field.tolerance),
             faulty: fault.clone(),
         };
-        let drawn = along.figure();
-        if !drawn.is_empty() {
-            parts.extend([
-                heading(text!("Along Γ_C"), format!("{about}. {}", contact(case))),
-                drawn,
-            ]);
-        }
-        if engine.is_some() {
-            parts.push(effect(case, engine, &fault)?);
-        }
-        if let Some(found) = engine
-            .and_then(|e| e.findings.as_ref())
-            .filter(|f| !f.explanations.is_empty())
-        {
-            let about = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
-            parts.extend([
-                heading("What was tried", about),
-                super::blocks(&tried(&found.explanations, found.limit))?,
-            ]);
-        }
-        for diagnosis in pairs(case)
-            .iter()
-            .flat_map(|pair| pair.diagnoses(case, self.diagnoses).collect::<Vec<_>>())
-        {
-            parts.push(heading(
-                format!("{} – {} again", diagnosis.a, diagnosis.b),
-                diagnosis.sentence(),
-            ));
-            parts.push(table(&again(diagnosis)));
-        }
-        parts.push(
-            self.folds(
-                engine
-                    .map(|_| &puts[puts.len() - 1])
-                    .map(|put| (put, about.as_str())),
-            ),
-        );
-        Ok(parts.into_iter().collect())
+        let (drawn, label) = (along.figure(), case.label());
+        let found = engine.and_then(|e| e.findings.as_ref());
+        let found = found.filter(|found| !found.explanations.is_empty());
+        let culprit = engine.and(puts.last()).map(|put| (put, label.as_str()));
+        let pairs = pairs(case);
+        let diagnoses = pairs.iter();
+        let diagnoses = diagnoses.flat_map(|pair| pair.diagnoses(case, self.diagnoses));
+        let put_back = "Each answer is put back into the scheme. Left of the dashed line, the tolerance, is rounding.";
+        let tries = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
+        Ok(html! {
+            (heading("One row per code", put_back)) (codes.by_code())
+            @if outcome.cases.len() > 1 {
+                (heading("One row per case", format!("The largest residual of each case, and where.{}", agreeing(outcome, &fault))))
+                (codes.by_case(Some(case)))
+            }
+            @if !drawn.is_empty() { (heading(text!("Along Γ_C"), format!("{label}. {}", contact(case)))) (drawn) }
+            @if engine.is_some() { (effect(case, engine, &fault)?) }
+            @if let Some(found) = found {
+                (heading("What was tried", tries)) (super::blocks(&tried(&found.explanations, found.limit))?)
+            }
+            @for of in diagnoses { (heading(format!("{} – {} again", of.a, of.b), of.sentence())) (table(&again(of))) }
+            (self.folds(culprit))
+        })
     }
 
     /// The rows of the case that is shown, and its fields.
@@ -182,7 +147,7 @@ fn agreeing(outcome: &VerifyOutcome, fault: &[&str]) -> String {
     let names: Vec<String> = of.map(CaseOutcome::label).collect();
     match &names[..] {
         some @ [_, ..] if !fault.is_empty() && some.len() <= 3 => {
-            format!("In {} what is wrong has no say.", some.join(" and "))
+            format!(" In {} what is wrong has no say.", some.join(" and "))
         }
         _ => String::new(),
     }
@@ -222,20 +187,16 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
     let wanted = |p: &&pair::Pair| engine.is_none_or(|e| p.has(&e.engine));
     let beside = case.reference(fault).map_or("", |e| &*e.engine);
     let with_right = |p: &&pair::Pair| wanted(p) && p.has(beside);
-    let farthest = all
-        .iter()
-        .filter(wanted)
-        .max_by(|p, q| p.largest().total_cmp(&q.largest()));
+    let farthest = all.iter().filter(wanted);
+    let farthest = farthest.max_by(|p, q| p.largest().total_cmp(&q.largest()));
     let pair = match engine {
         Some(_) => all.iter().find(with_right).or(farthest),
         None => farthest,
     };
-    let (Some(pair), of) = (pair, case.setup.case()?) else {
+    let Some((pair, field)) = pair.and_then(|pair| Some((pair, pair.worst()?))) else {
         return Ok(Html::default());
     };
-    let Some(field) = pair.worst() else {
-        return Ok(Html::default());
-    };
+    let of = case.setup.case()?;
     let (values, name) = (pair.differences(case, "mean")?, pair.difference());
     let shown = Effect {
         problem: &of.problem,
@@ -244,34 +205,23 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
         name: &name,
     };
     let about = case.label();
-    let worst = engine
-        .and_then(|e| e.findings.as_ref())
-        .and_then(|f| f.worst.first());
-    let (from, at) = match (worst, &field.worst) {
-        (Some(spot), _) => (point(&spot.midpoint), place(&spot.midpoint)),
-        (None, Some(worst)) => (point(&worst.midpoint), place(&worst.midpoint)),
-        _ => ([0.0; 3], "the origin".to_owned()),
+    let spot = engine.and_then(|e| e.findings.as_ref()?.worst.first());
+    let spot = spot.map(|spot| &spot.midpoint);
+    let spot = spot.or(field.worst.as_ref().map(|worst| &worst.midpoint));
+    let (from, at) = match spot {
+        Some(spot) => (point(spot), place(spot)),
+        None => ([0.0; 3], "the origin".to_owned()),
     };
-    let others = match all
-        .iter()
-        .find(|p| !std::ptr::eq(*p, pair) && engine.is_some_and(|e| !p.has(&e.engine)))
-    {
-        Some(others) => others.differences(case, "mean")?,
-        None => Vec::new(),
-    };
-    let increments: Vec<(&str, &[f64])> = case
-        .engines
-        .iter()
-        .map(|e| (&*e.engine, &*e.increments))
-        .collect();
+    let mut others = all.iter().filter(|p| !std::ptr::eq(*p, pair));
+    let others = others.find(|p| engine.is_some_and(|e| !p.has(&e.engine)));
+    let others = others.map(|others| others.differences(case, "mean"));
+    let others = others.transpose()?.unwrap_or_default();
+    let engines = case.engines.iter();
+    let increments: Vec<_> = engines.map(|e| (&*e.engine, &*e.increments)).collect();
     let faulty: Vec<&str> = engine.iter().map(|e| &*e.engine).collect();
     let all_stop = case.engines.iter().all(|e| e.converged);
-    let caption = match all_stop {
-        true => {
-            text!("**Newton.** Increment by step: all converge, so that stopping is not the cause")
-        }
-        false => text!("**Newton.** Increment by step"),
-    };
+    let why = all_stop.then_some(": all converge, so that stopping is not the cause");
+    let caption = text!("**Newton.** Increment by step{why}");
     let stop = case.setup.settings.stop.increment;
     let newton = newton(&increments, &faulty, Some(stop), caption);
     let all = [shown.map(&about), shown.decay(from, &at, &others), newton];
@@ -288,10 +238,7 @@ fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) ->
             size(field.max_rel)
         ),
     };
-    Ok(Html::from([
-        heading("What it does to the answer", beyond),
-        pictures,
-    ]))
+    Ok(html! { (heading("What it does to the answer", beyond)) (pictures) })
 }
 
 fn point(x: &[f64]) -> [f64; 3] {
