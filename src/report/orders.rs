@@ -131,11 +131,11 @@ pub(super) fn over_n(
     lines: impl Iterator<Item = (String, Vec<[f64; 2]>, Option<f64>)>,
     theories: impl Iterator<Item = f64>,
 ) -> Chart {
-    let line = |(k, (name, errors, fit)): (usize, (String, Vec<[f64; 2]>, Option<f64>))| Line {
+    let lines = lines.enumerate().map(|(k, (name, errors, fit))| Line {
         about: fit.map_or(String::new(), |fit| format!("{fit:.2}")),
         ..Line::new(&name, k, errors)
-    };
-    let lines: Vec<Line> = lines.enumerate().map(line).collect();
+    });
+    let lines: Vec<Line> = lines.collect();
     let points = lines.iter().flat_map(|line| &line.points);
     let mut at: Vec<f64> = points.map(|p| p.at[0]).collect();
     at.sort_by(f64::total_cmp);

@@ -251,6 +251,7 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Table {
         ("n", "relative") => Cell::size(f.max_rel),
         ("n", "tolerance") => given(f),
         ("n opt page", "rms") => Cell::size(f.rms),
+        ("n opt page", "faces") => f.faces,
         ("w", "worst face") => worst(f),
         ("n page", "a there") => value(f, |w| w.a),
         ("n page", "b there") => value(f, |w| w.b),
