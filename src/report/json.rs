@@ -27,7 +27,7 @@ struct Document<'a, T> {
 
 /// A result and what it is judged to be.
 #[derive(Serialize)]
-pub struct Judged<'a, T> {
+pub(super) struct Judged<'a, T> {
     /// What it is judged to be.
     pub verdict: Verdict,
     /// The result.

@@ -5,7 +5,6 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::Judged;
 use super::html::mesh::{drawn, located};
 use super::model::{Block, Cell, Report, Suite, Table, TestCase, table};
 use crate::text::number::{number, place, trimmed};
@@ -88,15 +87,9 @@ pub fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
     blocks
 }
 
-/// Something that a mesh should not have.
-struct Kind<'a> {
-    what: &'static str,
-    findings: &'a Defects,
-    /// More of them are a fault.
-    most: usize,
-    /// Are they faults of single cells?
-    is_of_cells: bool,
-}
+/// Something that a mesh should not have: what it is, how often it is there, of how many it is a fault to have more, and whether it
+/// is a fault of single cells.
+type Kind<'a> = (&'static str, &'a Defects, usize, bool);
 
 /// A number in a table, in words where there is none.
 fn range(value: Option<f64>) -> Cell {
@@ -113,37 +106,40 @@ fn range(value: Option<f64>) -> Cell {
 pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>> {
     let Checked { found, content } = checked;
     let mesh = &content.mesh;
-    let kind = |what, findings| Kind {
-        what,
-        findings,
-        most: 0,
-        is_of_cells: true,
-    };
-    let kinds = [
-        kind("cells that curved sides fold over", &found.folded),
-        kind("points at the place of another", &found.duplicate_points),
-        kind("inverted cells", &found.inverted),
-        kind("degenerate cells", &found.degenerate),
-        kind("duplicate cells", &found.duplicate),
-        kind("orphan points", &found.orphans),
-        kind("faces with more than two cells", &found.crowded_faces),
-        kind("hanging nodes", &found.hanging_nodes),
-        Kind {
-            is_of_cells: false,
-            ..kind("boundary faces in no group", &found.ungrouped_boundary)
-        },
+    let kinds: [Kind; 10] = [
+        ("cells that curved sides fold over", &found.folded, 0, true),
+        (
+            "points at the place of another",
+            &found.duplicate_points,
+            0,
+            true,
+        ),
+        ("inverted cells", &found.inverted, 0, true),
+        ("degenerate cells", &found.degenerate, 0, true),
+        ("duplicate cells", &found.duplicate, 0, true),
+        ("orphan points", &found.orphans, 0, true),
+        (
+            "faces with more than two cells",
+            &found.crowded_faces,
+            0,
+            true,
+        ),
+        ("hanging nodes", &found.hanging_nodes, 0, true),
+        (
+            "boundary faces in no group",
+            &found.ungrouped_boundary,
+            0,
+            false,
+        ),
         // One part is as it should be.
-        Kind {
-            most: 1,
-            is_of_cells: false,
-            ..kind("parts that are not connected", &found.parts)
-        },
+        ("parts that are not connected", &found.parts, 1, false),
     ];
-    let odd = kinds.iter().filter(|kind| kind.findings.count > kind.most);
+    let odd = kinds
+        .iter()
+        .filter(|(_, findings, most, _)| findings.count > *most);
     let words = odd.clone();
-    let mut words: Vec<String> = words
-        .map(|kind| format!("{} {}", kind.findings.count, kind.what))
-        .collect();
+    let words = words.map(|(what, findings, ..)| format!("{} {what}", findings.count));
+    let mut words: Vec<String> = words.collect();
     let verdict = checked.verdict();
     if !content.unread.is_empty() {
         words.push(format!("{} parts that were not read", content.unread.len()));
@@ -159,15 +155,13 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
         _ => "not read completely",
     };
     let title = format!("faceoff mesh check: is {} sound?", file.display());
-    let found_and_unread = FoundAndUnread {
+    let found = FoundAndUnread {
+        verdict,
         found,
         unread: &content.unread,
     };
-    let judged = Judged {
-        verdict,
-        found: &found_and_unread,
-    };
-    let mut report = Report::new("mesh check", &title, headline, &judged)?;
+    let mut report = Report::new("mesh check", &title, headline, &found)?;
+    let found = &checked.found;
     report.verdict = Some((verdict, word));
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     report.story.claim = text!("**{}** is {word}", &*name);
@@ -176,7 +170,7 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
         false => text!("It has {}.", Text::joined(words.into_iter().map(Text::strong), ", ")),
     };
     report.inputs.push(file.to_owned());
-    for Kind { what, findings, .. } in odd {
+    for (what, findings, ..) in odd {
         let more = match findings.count > findings.first.len() {
             true => ", the first of them",
             false => "",
@@ -197,16 +191,14 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
         );
         report.story.rest.push(table.into());
     }
-    found
-        .quality
-        .iter()
-        .for_each(|of| report.story.rest.extend(quality(of)));
-    let worst = found
-        .quality
-        .iter()
-        .filter_map(|of| Some(of.worst.first()?.at));
-    let first = kinds.iter().filter(|kind| kind.is_of_cells);
-    let first = first.filter_map(|kind| Some(kind.findings.first.first()?.at));
+    report
+        .story
+        .rest
+        .extend(found.quality.iter().flat_map(quality));
+    let worst = found.quality.iter();
+    let worst = worst.filter_map(|of| Some(of.worst.first()?.at));
+    let of_cells = kinds.iter().filter(|(.., is_of_cells)| *is_of_cells);
+    let first = of_cells.filter_map(|(_, findings, ..)| Some(findings.first.first()?.at));
     let worst: Vec<[f64; 3]> = worst.chain(first).collect();
     let drawn = Block::Drawn(Box::new(move || located(mesh, &worst)));
     report.story.rest.push(Block::Page(vec![drawn]));
@@ -238,6 +230,7 @@ impl Checked {
 /// The JSON form of what [`Checked`] has.
 #[derive(Serialize)]
 struct FoundAndUnread<'a> {
+    verdict: Verdict,
     #[serde(flatten)]
     found: &'a Soundness,
     /// Parts of the file.
@@ -246,13 +239,8 @@ struct FoundAndUnread<'a> {
 
 /// How a measure is distributed, and the worst cells.
 fn quality<'a>(of: &Quality) -> [Block<'a>; 2] {
-    let most = of
-        .bins
-        .iter()
-        .map(|bin| bin.cells)
-        .max()
-        .unwrap_or(0)
-        .max(1);
+    let most = of.bins.iter().map(|bin| bin.cells).max();
+    let most = most.unwrap_or(0).max(1);
     let bar = |cells: usize| "█".repeat((cells * BAR).div_ceil(most));
     let digits = |value: f64| trimmed(&number(value, 4));
     let [least, mean, largest] = [of.least, of.mean, of.largest].map(digits);
@@ -264,13 +252,10 @@ fn quality<'a>(of: &Quality) -> [Block<'a>; 2] {
         "cells" => bin.cells,
         "" => bar(bin.cells),
     );
-    let worst = of.worst.iter().take(1).map(|worst| {
-        let at = place(&worst.at);
-        let value = digits(worst.value);
-        (
-            format!("worst {}", of.what),
-            format!("{value} in cell {} at {at}", worst.cell),
-        )
+    let worst = of.worst.first().map(|worst| {
+        let (value, at) = (digits(worst.value), place(&worst.at));
+        let told = format!("{value} in cell {} at {at}", worst.cell);
+        (format!("worst {}", of.what), told)
     });
     [bins.into(), Block::facts(worst)]
 }

@@ -44,7 +44,6 @@ pub use deliver::{Output, deliver, write_page};
 pub use difference::{projected, write_differences, write_projection};
 pub use face_off::face_off;
 pub use fields::{check_vtu_path, write_certified, write_fields, write_solution};
-pub use json::Judged;
 pub use judge::{Judgement, judge};
 pub use judge_form::{FormJudgement, judge_form};
 pub use matrix::{cell_name, matrix, matrix_cells, past};

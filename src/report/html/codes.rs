@@ -276,33 +276,34 @@ pub(in crate::report) fn posed(case: &CaseOutcome) -> Html {
     };
     let data = scene.data();
     let [f, g, t, psi] = [&data.f, &data.g, &data.t, &data.psi].map(|e| e.text());
-    let mut known: Vec<(Text, Text)> = vec![
-        ("codes".into(), versions(case).into()),
-        (
-            "mesh".into(),
-            text!("{}; digest `{case.mesh_digest}`", sizes(case)),
-        ),
-        (
-            "γ".into(),
-            format!("{} h, {h}", discretisation.gamma0).into(),
-        ),
-    ];
-    if let Ok([cell, face]) = discretisation.rules(mesh.dim) {
-        let rules = text!("{cell.name} for the load, {face.name} on Γ_C and Γ_N");
-        known.push(("quadrature".into(), rules));
-    }
+    let rules = discretisation.rules(mesh.dim).ok();
+    let rules =
+        rules.map(|[cell, face]| text!("{cell.name} for the load, {face.name} on Γ_C and Γ_N"));
     let stop = text!(
         "relative broken H¹ norm of the increment at most {}, or {settings.stop.max_iterations} steps",
         Number::power(settings.stop.increment)
     );
-    known.extend([
+    let known = [
+        ("codes", Some(versions(case).into())),
         (
-            "data".into(),
-            text!("`f = {f}; g = {g}; ∂ₙu = {t}; ψ = {psi}`"),
+            "mesh",
+            Some(text!("{}; digest `{case.mesh_digest}`", sizes(case))),
         ),
-        ("stopping rule".into(), stop),
-        ("start".into(), text!("u = 0, and g on Γ_D")),
-    ]);
+        (
+            "γ",
+            Some(format!("{} h, {h}", discretisation.gamma0).into()),
+        ),
+        ("quadrature", rules),
+        (
+            "data",
+            Some(text!("`f = {f}; g = {g}; ∂ₙu = {t}; ψ = {psi}`")),
+        ),
+        ("stopping rule", Some(stop)),
+        ("start", Some(text!("u = 0, and g on Γ_D"))),
+    ];
+    let known = known.into_iter();
+    let known = known.filter_map(|(name, fact): (&str, Option<Text>)| Some((name.into(), fact?)));
+    let known: Vec<(Text, Text)> = known.collect();
     html! { h3 { "Provenance, " (case.label()) } (facts(&known)) }
 }
 
