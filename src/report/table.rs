@@ -278,4 +278,24 @@ mod tests {
         assert_eq!(Cell::fixed(-0.0, 2).text(), "0.00");
         assert_eq!(Cell::judged(Verdict::Agree, 1e-3).text(), "agree 0.00100");
     }
+
+    #[test]
+    fn a_column_of_dots_is_known_and_no_terminal_has_room_for_it() {
+        let axis = DotAxis::new([1e-9].into_iter(), vec![1e-12]);
+        let dot = Dot {
+            value: 1e-9,
+            class: "",
+            title: String::new(),
+        };
+        let of = table!("", [dot], |dot|
+            "name" => "u",
+            Column::of_dots("difference", &axis) => Cell::dots(&axis, &[dot], 1e-9),
+            ("n page", "values") => 3_usize,
+            "remark" => "",
+        );
+        let of = of.known();
+        let names = of.head.iter().map(|column| column.name.to_string());
+        assert_eq!(names.collect::<Vec<_>>(), ["name", "difference", "values"]);
+        assert_eq!([0, 1, 2].map(|k| of.fits_terminal(k)), [true, false, false]);
+    }
 }

@@ -387,6 +387,30 @@ mod tests {
     }
 
     #[test]
+    fn names_in_a_template_are_those_where_it_stands() {
+        struct Of {
+            name: String,
+            size: Number,
+        }
+        let (what, of) = (Some("{} and **"), [("", 3_usize)]);
+        let it = Of {
+            name: "a `b` **{what}**".into(),
+            size: Number::new(2.5, 2),
+        };
+        let told = text!(
+            "`{it.name}`: **{what}** {}{} of {it.size}, { x }",
+            of[0].1,
+            "{}"
+        );
+        assert_eq!(
+            told.to_string(),
+            "`a `b` **{what}**`: {} and ** 3{} of 2.5e0, { x }"
+        );
+        let strong = told.spans().iter().filter(|span| span.is_strong);
+        assert_eq!(strong.count(), 1);
+    }
+
+    #[test]
     fn numbers_are_those_of_programs_and_those_of_people() {
         for (of, plain, told) in [
             (Number::new(2.53e-7, 2), "2.5e-7", "2.5 · 10⁻⁷"),
