@@ -85,7 +85,8 @@ pub(super) fn facts(facts: &[(Text, Text)]) -> Html {
 
 /// A picture under what it shows in words, of which what stands out comes first.
 pub(super) fn figure(class: &str, caption: impl Into<Text>, picture: Html) -> Html {
-    html! { figure class=(class) { figcaption { (caption.into()) } (picture) } }
+    let class = Some(class).filter(|class| !class.is_empty());
+    html! { figure class=[class] { figcaption { (caption.into()) } (picture) } }
 }
 
 /// The same for a wide page and for a narrow one.
