@@ -56,6 +56,29 @@ pub fn exact(dim: usize, degree: usize) -> Rule {
         .expect("invariant: no product here has a degree beyond 9")
 }
 
+/// The product with itself of the rule of this name on the unit interval, on the unit square or cube. It is exact to its degree in each
+/// coordinate.
+pub fn product(dim: usize, name: &str) -> Option<Rule> {
+    let line = interval(name)?;
+    let mut rule = Rule {
+        points: vec![Vec::new()],
+        weights: vec![1.0],
+        ..line.clone()
+    };
+    for _ in 0..dim {
+        let (mut points, mut weights) = (Vec::new(), Vec::new());
+        let of_line = || line.points.iter().zip(&line.weights);
+        for (x, w) in of_line().filter(|(_, w)| **w != 0.0) {
+            for (point, weight) in rule.points.iter().zip(&rule.weights) {
+                points.push([&point[..], x].concat());
+                weights.push(weight * w);
+            }
+        }
+        (rule.points, rule.weights) = (points, weights);
+    }
+    Some(rule)
+}
+
 impl Rule {
     /// Barycentric coordinates of point q: λ₀ = 1 - Σ x_k, then the reference coordinates.
     pub fn barycentric(&self, q: usize) -> [f64; 4] {
@@ -284,6 +307,39 @@ mod tests {
                 assert!(worst(rule.degree + 1) > 1e-7, "{dim}D {name}");
             }
         }
+    }
+
+    /// ∫ x^a y^b z^c over the unit cube is 1/((a + 1)(b + 1)(c + 1)).
+    #[test]
+    fn products_are_exact_in_each_coordinate() {
+        for (name, dim) in [
+            ("gauss-3", 2),
+            ("gauss-2", 3),
+            ("trapezoid", 3),
+            ("simpson", 1),
+        ] {
+            let rule = product(dim, name).unwrap();
+            let error = |powers: [u32; 3]| {
+                let value = |x: &Vec<f64>| -> f64 {
+                    x.iter()
+                        .zip(powers)
+                        .map(|(x, p)| x.powi(p as i32))
+                        .product()
+                };
+                let points = rule.points.iter().zip(&rule.weights);
+                let sum: f64 = points.map(|(x, w)| w * value(x)).sum();
+                let exact: f64 = powers[..dim]
+                    .iter()
+                    .map(|p| 1.0 / f64::from(p + 1))
+                    .product();
+                (sum - exact).abs()
+            };
+            let most = rule.degree as u32;
+            assert!(error([most, most, most]) < 1e-15, "{name}");
+            assert!(error([0, 0, 0]) < 1e-15 && rule.points.iter().all(|x| x.len() == dim));
+            assert!(error([most + 1, 0, 0]) > 1e-4, "{name}");
+        }
+        assert_eq!(product(3, "trapezoid").unwrap().weights.len(), 8);
     }
 
     #[test]

@@ -37,6 +37,7 @@
 
 pub mod codes;
 pub mod file;
+pub mod grid;
 pub mod judge;
 mod kernel;
 pub mod language;

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use faceoff_fem::quadrature::{self, Rule};
+use faceoff_fem::quadrature::Rule;
 use faceoff_fem::scene::expression::syntax::Term;
 
+use crate::grid::Cells;
 use crate::scalar::{Field, Id, Leaf, Node, Scalars};
 
 /// A problem in weak form: find the unknowns u such that F(u; v) = 0 for all test functions v, with Dirichlet values.
@@ -16,6 +17,8 @@ pub struct Problem {
     pub about: String,
     /// 2 or 3.
     pub dim: usize,
+    /// The shape of the cells of the mesh.
+    pub cells: Cells,
     /// In the order of the file.
     pub unknowns: Vec<Unknown>,
     /// In the order of the file.
@@ -53,7 +56,7 @@ pub struct Unknown {
     pub space: Space,
 }
 
-/// A finite element space on triangles or tetrahedra, of scalars or vectors.
+/// A finite element space of scalars or vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Space {
     /// The element of each component.
@@ -65,9 +68,10 @@ pub struct Space {
 /// A finite element: for scalar functions, each component of a vector being one, or for vectors as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Element {
-    /// Continuous polynomials of this degree, 1 to 3 (Lagrange).
+    /// Continuous polynomials of this degree, 1 to 3 (Lagrange); on quadrangles and hexahedra of this degree, 1 or 2, in each coordinate of the
+    /// reference cell.
     Continuous(u8),
-    /// Polynomials of this degree on each cell, 0 to 2.
+    /// The same on each cell, without continuity, 0 to 2.
     Broken(u8),
     /// Linear on each cell, with continuous means on facets (Crouzeix–Raviart).
     CrouzeixRaviart,
@@ -260,7 +264,7 @@ pub type Bilinear = BTreeMap<(Leaf, Leaf), Id>;
 impl Problem {
     /// The rule on cells, and that on facets. One of a single point is never taken: FFCx 0.5 compiles forms with it wrongly.
     pub fn rules(&self) -> [Rule; 2] {
-        let rule = |dim, degree: usize| quadrature::exact(dim, degree.max(2));
+        let rule = |dim, degree: usize| self.cells.exact(dim, degree.max(2));
         [
             rule(self.dim, self.degree),
             rule(self.dim - 1, self.facet_degree),

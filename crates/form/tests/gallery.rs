@@ -232,6 +232,8 @@ fn lacking(text: &str, mesh: &Mesh) -> Vec<&'static str> {
         .collect()
 }
 
+#[path = "gallery/cubes.rs"]
+mod cubes;
 #[path = "gallery/random.rs"]
 mod random;
 #[path = "gallery/spaces.rs"]

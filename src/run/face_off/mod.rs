@@ -44,11 +44,12 @@ pub use level::{Label, Level};
 pub use times::Judged;
 
 use faceoff_form::Problem;
+use faceoff_form::grid::Cells;
 use faceoff_judge::On;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
 use faceoff_mesh::io;
-use faceoff_mesh::mesh::generate::{Cuboid, union_mesh};
+use faceoff_mesh::mesh::generate::{Cuboid, lattice_mesh, union_mesh};
 use faceoff_mesh::mesh::{Group, Mesh, refine};
 use level::Axis;
 use tables::Reader;
@@ -78,7 +79,7 @@ pub struct FaceOff {
 #[derive(Debug, Clone)]
 enum Source {
     File(PathBuf),
-    Generated(Cuboid),
+    Generated(Cuboid, Cells),
 }
 
 /// A field, or a number, that all codes have.
@@ -204,7 +205,8 @@ impl Source {
     /// The mesh at a refinement, of the file of this name.
     fn mesh(&self, name: &str, n: Option<usize>) -> Result<Mesh> {
         let mut mesh = match self {
-            Source::Generated(cuboid) => union_mesh(n.unwrap_or(16), cuboid)?,
+            Source::Generated(cuboid, Cells::Simplices) => union_mesh(n.unwrap_or(16), cuboid)?,
+            Source::Generated(cuboid, Cells::Cubes) => lattice_mesh(n.unwrap_or(16), cuboid)?,
             Source::File(path) => {
                 let mut mesh = io::read(path)?;
                 let times = n.unwrap_or(1);

@@ -14,6 +14,7 @@ use crate::engine::{self, Form, Script, fill};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
 use faceoff_form::Problem;
+use faceoff_form::grid::Cells;
 use faceoff_judge::On;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::beneath;
@@ -370,12 +371,16 @@ impl Reader {
                 Some(Source::File(path))
             }
             (None, Some(generator)) => {
-                let dim = match generator {
-                    "union-jack" => 2,
-                    "union-cube" => 3,
+                let (dim, cells) = match generator {
+                    "union-jack" => (2, Cells::Simplices),
+                    "union-cube" => (3, Cells::Simplices),
+                    "quadrangles" => (2, Cells::Cubes),
+                    "hexahedra" => (3, Cells::Cubes),
                     _ => {
                         let what = format!("there is no generator `{generator}`");
-                        return Err(refuse(&what, "take union-jack, union-cube, or a file"));
+                        let remedy =
+                            "take union-jack, union-cube, quadrangles, hexahedra, or a file";
+                        return Err(refuse(&what, remedy));
                     }
                 };
                 let three = |given: Option<Vec<f64>>, default: f64| match given {
@@ -392,10 +397,11 @@ impl Reader {
                 if size.iter().any(|s| *s <= 0.0) {
                     return Err(refuse("a side has no length", "give sizes above 0"));
                 }
-                Some(Source::Generated(match dim {
+                let cuboid = match dim {
                     2 => Cuboid::new([origin[0], origin[1]], [size[0], size[1]]),
                     _ => Cuboid::new(origin, size),
-                }))
+                };
+                Some(Source::Generated(cuboid, cells))
             }
             (None, None) => None,
             (Some(_), Some(_)) => return Err(refuse("it has a file and a generator", "keep one")),

@@ -1,5 +1,6 @@
 //! The fields that templates are filled with: a problem in the words of a code.
 
+use faceoff_mesh::mesh::CellKind;
 use minijinja::{Value, context};
 
 use super::points;
@@ -7,6 +8,7 @@ use super::speaker::Speaker;
 use super::spelling::{comment, measure};
 use super::strong::{component as component_of, strong_form};
 use super::table::Sharing;
+use crate::grid::Cells;
 use crate::problem::{Bilinear, Domain, Element, Held, Integral, Problem, Space, Unknown};
 use crate::scalar::{Field, Id};
 
@@ -44,6 +46,7 @@ pub fn fields(of: &mut Speaker<'_>) -> Result<Value, String> {
         name => problem.name.as_str(),
         file => of.code.file(problem),
         dim => problem.dim,
+        cell => cell(problem),
         // Names of the coordinates.
         axes => ["x", "y", "z"][..problem.dim].to_vec(),
         about => comment(&problem.about),
@@ -110,8 +113,8 @@ fn rules(of: &Speaker<'_>) -> Result<Value, String> {
     let names = (of.code.rules)(&of.problem)?;
     let rules = of.problem.rules();
     let each = rules.iter().zip(names).map(|(rule, name)| {
-        // The weights sum to the volume of the reference simplex.
-        let volume = [1.0, 0.5, 1.0 / 6.0][rule.points[0].len() - 1];
+        // The weights sum to the volume of the reference cell.
+        let volume = of.problem.cells.volume(rule.points[0].len());
         let weights = rule.weights.iter().map(|w| format!("{:?}", w * volume));
         let points = rule.points.iter().map(|point| format!("{point:?}"));
         context! { name, points => points.collect::<Value>(), weights => weights.collect::<Value>() }
@@ -346,10 +349,32 @@ fn time(of: &Speaker<'_>) -> Option<Value> {
     Some(context! { t, dt, end, step, steps => time.steps, initial })
 }
 
-/// The cells of the result: VTK's number, and the nodes by barycentric coordinates.
+/// The cells of the mesh.
+fn cell(problem: &Problem) -> Value {
+    let (cells, dim) = (problem.cells, problem.dim);
+    // The corners in the order of files, in turn, for one that runs along x, then y, then z.
+    let order: &[usize] = match (cells, dim) {
+        (Cells::Simplices, _) => &[],
+        (_, 2) => &[0, 1, 3, 2],
+        _ => &[0, 1, 3, 2, 4, 5, 7, 6],
+    };
+    context! {
+        name => match (cells, dim) {
+            (Cells::Cubes, 2) => "quadrilateral",
+            _ => cells.name(dim),
+        },
+        is_cube => cells == Cells::Cubes,
+        order => order.to_vec(),
+        // Gmsh's numbers of the kinds of cells and facets.
+        kinds => cells.kinds(dim).map(CellKind::gmsh).to_vec(),
+        facets => cells.facets(dim),
+    }
+}
+
+/// The cells of the result: VTK's number, and the places of the nodes in the reference cell.
 fn output(problem: &Problem) -> Result<Value, String> {
     let element = problem.output();
-    let (nodes, kind) = points::nodes(element, problem.dim)?;
+    let (nodes, kind) = points::nodes(element, problem.cells, problem.dim)?;
     let texts = |node: Vec<f64>| node.iter().map(|t| format!("{t:?}")).collect::<Value>();
     Ok(context! {
         degree => element.degree(),

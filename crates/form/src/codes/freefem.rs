@@ -6,6 +6,7 @@ use super::python::{LEAVES, USUAL};
 use super::speaker::Speaker;
 use super::spelling::Style;
 use super::table::{Code, Leaves};
+use crate::grid::Cells;
 use crate::problem::{Domain, Element, Initial, Problem, Space};
 use crate::scalar::Side;
 
@@ -114,6 +115,14 @@ fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
 }
 
 fn lacks(problem: &Problem) -> Result<(), String> {
+    if problem.cells == Cells::Cubes {
+        let (cells, dim) = (problem.cells, problem.dim);
+        return Err(format!(
+            "FreeFEM has no {}, only {}",
+            cells.names(dim),
+            Cells::Simplices.names(dim)
+        ));
+    }
     let mut measures = problem.integrals.iter().map(|i| i.measure.domain);
     if problem.dim == 3 && measures.any(|domain| domain == Domain::Interior) {
         return Err("FreeFEM has no integrals over interior faces in 3D".into());

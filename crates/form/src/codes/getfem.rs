@@ -3,6 +3,7 @@
 use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
 use super::spelling::Style;
 use super::table::{Code, Leaves};
+use crate::grid::Cells;
 use crate::problem::{Element, Problem, Space};
 use crate::scalar::{Field, Leaf, Side};
 
@@ -63,14 +64,18 @@ const STYLE: Style = Style {
 /// Names that the frame makes, and words of the weak form language.
 const RESERVED: &str = "gf model mesh sides side on space spaces value hold held free nodes at order output faces exact facet where fixed cell \
     X Normal Id Trace Sym Skew Det Inv Cofactor Norm Heaviside sign pos_part neg_part sqr element_size timestep qdim meshdim sin cos tan asin \
-    name of_it region F getfem corners dofs face longest total \
+    name of_it local own region F getfem corners dofs face longest total \
     acos atan atan2 sinh cosh tanh exp log sqrt erf Interpolate Print Derivative Def t T u_ goal first number size hold_whole";
 
 fn element(problem: &Problem, space: Space) -> Result<String, String> {
     let dim = problem.dim;
+    let family = match problem.cells {
+        Cells::Simplices => "PK",
+        Cells::Cubes => "QK",
+    };
     Ok(match space.element {
-        Element::Continuous(degree) => format!("FEM_PK({dim},{degree})"),
-        Element::Broken(degree) => format!("FEM_PK_DISCONTINUOUS({dim},{degree})"),
+        Element::Continuous(degree) => format!("FEM_{family}({dim},{degree})"),
+        Element::Broken(degree) => format!("FEM_{family}_DISCONTINUOUS({dim},{degree})"),
         Element::CrouzeixRaviart if dim == 2 => "FEM_P1_NONCONFORMING".into(),
         Element::CrouzeixRaviart => {
             return Err("GetFEM has no Crouzeix-Raviart element in 3D".into());
@@ -83,6 +88,17 @@ fn element(problem: &Problem, space: Space) -> Result<String, String> {
 /// GetFEM takes no points, only names; a rule on facets is part of one on cells.
 fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
     let [cells, facets] = problem.rules().map(|rule| rule.name);
+    if problem.cells == Cells::Cubes {
+        let product = |name| match (name, problem.dim) {
+            ("gauss-2", 2) => "IM_GAUSS_PARALLELEPIPED(2,3)",
+            ("gauss-3", 2) => "IM_GAUSS_PARALLELEPIPED(2,5)",
+            (_, 2) => "IM_GAUSS_PARALLELEPIPED(2,9)",
+            ("gauss-2", _) => "IM_GAUSS_PARALLELEPIPED(3,3)",
+            ("gauss-3", _) => "IM_GAUSS_PARALLELEPIPED(3,5)",
+            _ => "IM_GAUSS_PARALLELEPIPED(3,9)",
+        };
+        return Ok([product(cells), product(facets)]);
+    }
     let of_cells = match cells {
         "radon-7" => "IM_TRIANGLE(5)",
         "edges-3" => "IM_NC(2,2)",

@@ -7,6 +7,7 @@ use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
 use super::speaker::Speaker;
 use super::spelling::{Exponent, Style};
 use super::table::{Code, Leaves, Sharing};
+use crate::grid::Cells;
 use crate::problem::{Domain, Element, Problem, Space};
 use crate::scalar::{Field, Leaf, Side};
 
@@ -36,8 +37,8 @@ pub const CODE: Code = Code {
     },
     sharing: Sharing::Apart,
     more: |of| {
-        let dim = of.problem.dim;
-        context! { nodes => vec![reference(dim - 1), reference(dim)] }
+        let Problem { dim, cells, .. } = of.problem;
+        context! { nodes => vec![reference(cells, dim - 1), reference(cells, dim)] }
     },
     ..USUAL
 };
@@ -66,7 +67,7 @@ const STYLE: Style = Style {
 
 /// Names that the frame imports or makes.
 const RESERVED: &str = "ngsolve netgen mesh here descriptor grid groups inside label mapped point where known V W a b J u_ gf between found hold free nodes at values rule facet_rule number names CF IfPos sin cos tan exp log \
-    sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse curl div goal before mean0 multiplier0 hold_whole normal tangential";
+    sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET QUAD HEX BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse curl div goal before mean0 multiplier0 hold_whole normal tangential";
 
 /// The beginning of a space, which may have more arguments.
 fn element(problem: &Problem, space: Space) -> Result<String, String> {
@@ -104,20 +105,22 @@ fn total(problem: &Problem, unknown: usize, component: usize) -> String {
     }
 }
 
-/// The nodes of degrees 0 to 3 on a reference simplex, by the degree; of degree 0, the centre; and the centres of its facets.
-fn reference(dim: usize) -> Vec<Vec<Vec<String>>> {
+/// The nodes of degrees 0 to 3 on a reference cell, by the degree; of degree 0, the centre; and the centres of the facets of a simplex.
+fn reference(cells: Cells, dim: usize) -> Vec<Vec<Vec<String>>> {
+    let is_simplex = cells == Cells::Simplices;
     let points = |degree: usize| {
         let mut all: Vec<Vec<usize>> = vec![Vec::new()];
         for _ in 0..dim {
             let longer = |p: Vec<usize>| (0..=degree).map(move |k| [&p[..], &[k]].concat());
             all = all.into_iter().flat_map(longer).collect();
         }
-        all.retain(|p| p.iter().sum::<usize>() <= degree);
+        all.retain(|p| !is_simplex || p.iter().sum::<usize>() <= degree);
         let place = |k: &usize| format!("{:?}", *k as f64 / degree as f64);
         let place = |p: Vec<usize>| p.iter().map(place).collect();
         all.into_iter().map(place).collect::<Vec<Vec<String>>>()
     };
-    let centre = vec![vec![format!("1/{}", dim + 1); dim]];
+    let parts = if is_simplex { dim + 1 } else { 2 };
+    let centre = vec![vec![format!("1/{parts}"); dim]];
     // The centres of facets lie opposite the vertices.
     let facet = |j| {
         let place = |i| {

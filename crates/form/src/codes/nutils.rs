@@ -4,6 +4,7 @@ use super::points::NUMPY;
 use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
 use super::spelling::Style;
 use super::table::{Code, Leaves};
+use crate::grid::Cells;
 use crate::problem::{Element, Problem, Space};
 use crate::scalar::Side;
 
@@ -27,6 +28,13 @@ pub const CODE: Code = Code {
     formulas: STYLE,
     signs: false,
     element,
+    lacks: |problem| match problem.cells {
+        Cells::Simplices => Ok(()),
+        Cells::Cubes => Err(format!(
+            "nutils has {} in structured meshes only",
+            problem.cells.names(problem.dim)
+        )),
+    },
     ..USUAL
 };
 

@@ -1,8 +1,11 @@
 //! Functions of the point in NumPy, and the points of a result.
 
 use faceoff_fem::scene::expression::Function;
+use faceoff_mesh::io::vtk_nodes;
+use faceoff_mesh::mesh::CellKind;
 
 use super::spelling::{Shared, Style};
+use crate::grid::Cells;
 use crate::problem::Element;
 use crate::scalar::{Id, Node, Scalars};
 
@@ -50,39 +53,17 @@ pub fn numpy(
     }
 }
 
-/// The nodes of VTK's cell of a result, as barycentric coordinates, and its type.
+/// The nodes of VTK's cell of a result, as places in the reference cell, and its type.
 ///
 /// # Errors
 /// Cells that are not written.
-pub fn nodes(output: Element, dim: usize) -> Result<(Vec<Vec<f64>>, u8), String> {
-    let vertex = |i: usize| {
-        (0..=dim)
-            .map(|k| f64::from(u8::from(k == i)))
-            .collect::<Vec<f64>>()
-    };
-    let on_edge = |(i, j): (usize, usize), t: f64| {
-        let [a, b] = [vertex(i), vertex(j)];
-        a.iter()
-            .zip(&b)
-            .map(|(a, b)| (1.0 - t) * a + t * b)
-            .collect::<Vec<f64>>()
-    };
-    let edges = &[(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)][..if dim == 2 { 3 } else { 6 }];
-    let mut all: Vec<Vec<f64>> = (0..=dim).map(vertex).collect();
-    Ok(match (output.degree(), dim) {
-        (1, 2) => (all, 5),
-        (1, _) => (all, 10),
-        (2, _) => {
-            all.extend(edges.iter().map(|edge| on_edge(*edge, 0.5)));
-            (all, if dim == 2 { 22 } else { 24 })
+pub fn nodes(output: Element, cells: Cells, dim: usize) -> Result<(Vec<Vec<f64>>, u8), String> {
+    let kind = CellKind::complete(cells.shape(dim), output.degree());
+    match kind.and_then(vtk_nodes) {
+        Some((number, nodes)) if output.degree() < 3 || dim == 2 => {
+            let place = |[x, y, z]: [f64; 3]| [1.0 - (x + y + z), x, y, z][..=dim].to_vec();
+            Ok((nodes.into_iter().map(place).collect(), number))
         }
-        (3, 2) => {
-            for edge in edges {
-                all.extend([1.0 / 3.0, 2.0 / 3.0].map(|t| on_edge(*edge, t)));
-            }
-            all.push(vec![1.0 / 3.0; 3]);
-            (all, 69)
-        }
-        _ => return Err("P3 is not written in 3D".into()),
-    })
+        _ => Err("P3 is not written in 3D".into()),
+    }
 }

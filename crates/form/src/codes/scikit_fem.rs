@@ -9,6 +9,7 @@ use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
 use super::speaker::Speaker;
 use super::spelling::Shared;
 use super::table::{Code, Leaves, Sharing};
+use crate::grid::Cells;
 use crate::problem::{Bilinear, Domain, Element, Integral, Problem, Space};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -48,17 +49,26 @@ const RESERVED: &str = "skfem mesh here element basis w rule facet_rule nodes at
 
 fn element(problem: &Problem, space: Space) -> Result<String, String> {
     let dim = problem.dim;
-    let cell = if dim == 2 { "Tri" } else { "Tet" };
+    let cell = match (problem.cells, dim) {
+        (Cells::Simplices, 2) => "Tri",
+        (Cells::Simplices, _) => "Tet",
+        (Cells::Cubes, 2) => "Quad",
+        (Cells::Cubes, _) => "Hex",
+    };
+    let of = match problem.cells {
+        Cells::Simplices => "P",
+        Cells::Cubes => "",
+    };
     let lagrange = |degree| match degree > 1 && problem.has_second() {
-        true => format!("bent(skfem.Element{cell}P{degree})"),
-        false => format!("skfem.Element{cell}P{degree}()"),
+        true => format!("bent(skfem.Element{cell}{of}{degree})"),
+        false => format!("skfem.Element{cell}{of}{degree}()"),
     };
     let name = match space.element {
         Element::Continuous(3) if dim == 3 => {
             return Err("scikit-fem has no P3 on tetrahedra".into());
         }
         Element::Continuous(degree) => lagrange(degree),
-        Element::Broken(0) => format!("skfem.Element{cell}P0()"),
+        Element::Broken(0) => format!("skfem.Element{cell}{of}0()"),
         Element::Broken(degree) => format!("skfem.ElementDG({})", lagrange(degree)),
         Element::RaviartThomas => return Ok(format!("skfem.Element{cell}RT0()")),
         Element::Nedelec if dim == 2 => return Ok("skfem.ElementTriN1()".into()),

@@ -144,6 +144,7 @@ impl Editor<'_> {
         let of = self.problem;
         let names = Names {
             dim: of.dim,
+            cells: of.cells,
             unknowns: &of.unknowns,
             parameters: &of.parameters,
             data: &of.data,

@@ -112,6 +112,7 @@ impl<'a> File<'a> {
         }
         let names = Names {
             dim: problem.dim,
+            cells: problem.cells,
             unknowns: &[],
             parameters: &problem.parameters,
             data: &problem.data,

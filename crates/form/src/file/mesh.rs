@@ -1,14 +1,17 @@
 //! The groups of a mesh, and where they are: a form may integrate over them, and hold values there.
 
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::mesh::{CellGroups, Mesh, Triangulation};
+use faceoff_mesh::mesh::{CellGroups, Mesh};
 
+use crate::grid::{Cells, Grid};
 use crate::problem::{Domain, Group};
 
 /// What a form needs to know of its mesh.
 pub(super) struct Marks {
     /// 2 or 3.
     pub dim: usize,
+    /// The shape of its cells.
+    pub cells: Cells,
     /// Those of the mesh, in its order.
     pub groups: Vec<Group>,
     /// The number of facets of the boundary in no group.
@@ -19,10 +22,10 @@ impl Marks {
     /// Checks the mesh and finds its groups.
     ///
     /// # Errors
-    /// A mesh that is not of triangles or tetrahedra, or on which nothing can be solved; groups that overlap, as a cell or facet has one
+    /// A mesh whose cells have not one of the shapes that are known, or on which nothing can be solved; groups that overlap, as a cell or facet has one
     /// number in most codes.
     pub fn new(name: &str, mesh: &Mesh) -> Result<Self> {
-        let triangulation = Triangulation::new(name, mesh)?;
+        let grid = Grid::new(name, mesh)?;
         let label = |k: usize| {
             let group = &mesh.groups[k];
             group.name.clone().unwrap_or_else(|| group.tag.to_string())
@@ -39,20 +42,16 @@ impl Marks {
                 remedy: "make disjoint groups, and name several in a measure: ds(a, b)".into(),
             });
         }
-        let dim = triangulation.dim;
-        let mut marked = vec![false; triangulation.face_count()];
+        let dim = grid.dim;
+        let mut marked = vec![false; grid.face_count()];
         let mut groups = Vec::with_capacity(mesh.groups.len());
         for (k, group) in mesh.groups.iter().enumerate() {
             let mut on = (usize::from(group.dim) == dim).then_some(Domain::Cells);
             if usize::from(group.dim) + 1 == dim {
                 let cells = group.cells.iter().filter_map(|cell| mesh.cell(*cell));
-                let faces = cells.filter_map(|(_, nodes)| {
-                    let mut nodes = nodes.to_vec();
-                    nodes.sort_unstable();
-                    triangulation.find_face(&nodes)
-                });
+                let faces = cells.filter_map(|(_, nodes)| grid.find_face(nodes));
                 let faces: Vec<usize> = faces.collect();
-                let outside = faces.iter().filter(|f| triangulation.is_boundary(**f));
+                let outside = faces.iter().filter(|f| grid.is_boundary(**f));
                 on = match outside.count() {
                     0 => Some(Domain::Interior),
                     count if count == faces.len() => Some(Domain::Boundary),
@@ -67,12 +66,13 @@ impl Marks {
                 on,
             });
         }
-        let faces = 0..triangulation.face_count();
+        let faces = 0..grid.face_count();
         Ok(Marks {
             dim,
+            cells: grid.shape,
             groups,
             unmarked: faces
-                .filter(|face| triangulation.is_boundary(*face) && !marked[*face])
+                .filter(|face| grid.is_boundary(*face) && !marked[*face])
                 .count(),
         })
     }

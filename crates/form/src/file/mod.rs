@@ -16,14 +16,12 @@ use faceoff_mesh::error::{Error, Place, Result, meant};
 use faceoff_mesh::mesh::Mesh;
 use toml::de::{DeTable, DeValue};
 
+use crate::grid::Cells;
 use crate::language::{Fault, Names, Reader, WORDS};
 use crate::problem::{Datum, Element, Parameter, Problem, Space, Unknown};
 use crate::scalar::Scalars;
 
 use mesh::Marks;
-
-/// The highest degrees of the rules that all codes share: on cells, and on edges.
-const MOST_DEGREE: [usize; 2] = [5, 9];
 
 type Value<'a> = toml::Spanned<DeValue<'a>>;
 
@@ -31,7 +29,7 @@ impl Problem {
     /// Reads the text of a form file for a mesh, whose groups it names; `origin` is its path in messages.
     ///
     /// # Errors
-    /// What is not TOML or not a form, with its line and column; a mesh that is not of triangles or tetrahedra alone.
+    /// What is not TOML or not a form, with its line and column; a mesh of cells of several shapes, or of other ones.
     pub fn parse(origin: &Path, text: &str, mesh: &Mesh) -> Result<Self> {
         File { origin, text }.problem(mesh)
     }
@@ -198,12 +196,13 @@ impl<'a> File<'a> {
         };
         let Marks {
             dim,
+            cells,
             groups,
             unmarked,
         } = Marks::new(&self.origin.display().to_string(), mesh)?;
         let name = self.title(need("name")?.value)?;
         let mut taken = BTreeSet::new();
-        let unknowns = self.unknowns(need("spaces")?, dim, &mut taken)?;
+        let unknowns = self.unknowns(need("spaces")?, (cells, dim), &mut taken)?;
         let mut parameters = match find("parameters") {
             Some(entry) => self.parameters(entry, &mut taken)?,
             None => Vec::new(),
@@ -213,7 +212,7 @@ impl<'a> File<'a> {
             .transpose()?;
         let mut scalars = Scalars::default();
         let data = match find("data") {
-            Some(entry) => self.data(entry, dim, &parameters, &mut taken, &mut scalars)?,
+            Some(entry) => self.data(entry, (cells, dim), &parameters, &mut taken, &mut scalars)?,
             None => Vec::new(),
         };
         let form = self.entries(need("form")?.value, "form")?;
@@ -223,8 +222,8 @@ impl<'a> File<'a> {
             of_form(key).map_or(Ok(5), |entry| self.integer(entry.value, most))
         };
         let [degree, facet_degree] = [
-            degree("degree", MOST_DEGREE[0])?,
-            degree("facet_degree", MOST_DEGREE[if dim == 2 { 1 } else { 0 }])?,
+            degree("degree", cells.most_degree(dim))?,
+            degree("facet_degree", cells.most_degree(dim - 1))?,
         ];
         let Some(entry) = of_form("F") else {
             let at = need("form")?.place.start;
@@ -237,6 +236,7 @@ impl<'a> File<'a> {
         let (text, term) = self.term(entry.value)?;
         let names = Names {
             dim,
+            cells,
             unknowns: &unknowns,
             parameters: &parameters,
             data: &data,
@@ -254,6 +254,7 @@ impl<'a> File<'a> {
                 .transpose()?
                 .unwrap_or_default(),
             dim,
+            cells,
             unknowns,
             parameters,
             data,
@@ -318,7 +319,7 @@ impl<'a> File<'a> {
     fn unknowns(
         &self,
         entry: &Entry<'a>,
-        dim: usize,
+        (cells, dim): (Cells, usize),
         taken: &mut BTreeSet<String>,
     ) -> Result<Vec<Unknown>> {
         let entries = self.entries(entry.value, "spaces")?;
@@ -341,6 +342,16 @@ impl<'a> File<'a> {
                     remedy,
                 )
             })?;
+            if !has(cells, space.element) {
+                let what = format!(
+                    "the mesh is of {}, and {} is a space on {}",
+                    cells.names(dim),
+                    space.element.name(),
+                    Cells::Simplices.names(dim)
+                );
+                let remedy = "take P0, P1, P2, DG1, DG2, or vectors of them";
+                return Err(self.refuse(each.value.span().start, what, remedy));
+            }
             all.push(Unknown {
                 test: format!("test.{name}"),
                 name,
@@ -389,7 +400,7 @@ impl<'a> File<'a> {
     fn data(
         &self,
         entry: &Entry<'a>,
-        dim: usize,
+        (cells, dim): (Cells, usize),
         parameters: &[Parameter],
         taken: &mut BTreeSet<String>,
         scalars: &mut Scalars,
@@ -414,10 +425,14 @@ impl<'a> File<'a> {
                     ));
                 };
                 let text = self.text_of(given)?;
-                let found =
-                    space(&text, dim).filter(|s| s.size.is_none() && s.element.is_continuous());
-                interpolated = Some(found.ok_or_else(|| {
-                    let remedy = "data are interpolated in P1, P2 or P3, each component for itself";
+                let is_one = |s: &Space| {
+                    s.size.is_none() && s.element.is_continuous() && has(cells, s.element)
+                };
+                interpolated = Some(space(&text, dim).filter(is_one).ok_or_else(|| {
+                    let remedy = match cells {
+                        Cells::Simplices => "data are interpolated in P1, P2 or P3, each component for itself",
+                        Cells::Cubes => "on these cells data are interpolated in P1 or P2, each component for itself",
+                    };
                     self.refuse(
                         given.span().start,
                         format!("`{text}` is not a space for data"),
@@ -434,6 +449,7 @@ impl<'a> File<'a> {
                 let (text, term) = self.term(part)?;
                 let names = Names {
                     dim,
+                    cells,
                     unknowns: &[],
                     parameters,
                     data: &[],
@@ -510,6 +526,11 @@ fn ordered<'a>(table: &'a DeTable<'a>) -> Vec<Entry<'a>> {
     let mut entries: Vec<Entry<'a>> = entries.collect();
     entries.sort_by_key(|entry| entry.place.start);
     entries
+}
+
+/// Is this an element on cells of a shape?
+fn has(cells: Cells, element: Element) -> bool {
+    cells == Cells::Simplices || matches!(element, Element::Continuous(1 | 2) | Element::Broken(_))
 }
 
 /// `P2`, `P2^2`, `CR^d` or `RT0`.

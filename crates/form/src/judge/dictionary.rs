@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use faceoff_fem::quadrature::{self, Rule};
+use faceoff_fem::quadrature::Rule;
 use faceoff_mesh::parallel;
 
 use super::change::{Change, Digits, Interpolated, Part, Size};
@@ -201,10 +201,7 @@ fn rules(problem: &Problem, place: usize, all: &mut Vec<Entry>) {
         is_cells == (place == 0)
     };
     let terms: Vec<usize> = (0..problem.integrals.len()).filter(is_here).collect();
-    let names = quadrature::names(dim)
-        .iter()
-        .chain(quadrature::foreign(dim));
-    for rule in names.filter_map(|name| quadrature::rule(dim, name)) {
+    for rule in problem.cells.rules(dim) {
         let mut rules = problem.rules();
         if rules[place].name == rule.name {
             continue;
@@ -499,9 +496,7 @@ fn added(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
         all.push(changed(change, &problem, vec![slope], Vec::new()));
     }
     let own = problem.rules();
-    let names = quadrature::names(problem.dim).iter();
-    let others = names.chain(quadrature::foreign(problem.dim));
-    let others = others.filter_map(|name| quadrature::rule(problem.dim, name));
+    let others = problem.cells.rules(problem.dim).into_iter();
     // Those that are exact for the product give the same.
     let degree = 2 * problem.unknowns[unknown].space.element.degree();
     let others = others.filter(|rule| rule.name != own[0].name && rule.degree < degree);

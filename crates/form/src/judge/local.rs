@@ -103,17 +103,16 @@ fn parts(
 fn centre(residual: &Residual<'_>, work: &Work, entity: &Entity) -> [f64; 3] {
     let mesh = &residual.assembler.mesh;
     let facet = match work.domain {
-        Domain::Cells => usize::MAX,
-        _ => work.placements[usize::from(entity.places[0])].facet,
+        Domain::Cells => None,
+        _ => Some(work.placements[usize::from(entity.places[0])].facet),
     };
     let all = mesh.vertices(entity.cells[0] as usize);
-    let own = all
-        .iter()
-        .take(mesh.dim + 1)
-        .enumerate()
-        .filter(|(k, _)| *k != facet);
+    let is_its = |k: &usize| facet.is_none_or(|facet| mesh.shape.is_on(*k, facet));
+    let own = (0..mesh.shape.corners(mesh.dim))
+        .filter(is_its)
+        .map(|k| all[k]);
     let count = own.clone().count() as f64;
-    std::array::from_fn(|axis| own.clone().map(|(_, at)| at[axis]).sum::<f64>() / count)
+    std::array::from_fn(|axis| own.clone().map(|at| at[axis]).sum::<f64>() / count)
 }
 
 /// The change by its cells and facets, and its factor less 1.

@@ -11,6 +11,7 @@ pub use integral::find_group;
 
 use faceoff_fem::scene::expression::syntax::Term;
 
+use crate::grid::Cells;
 use crate::problem::{Datum, Group, Integral, Measure, Parameter, Unknown};
 use crate::scalar::{Id, Node, Scalars};
 
@@ -102,6 +103,8 @@ enum Meaning {
 pub struct Names<'a> {
     /// 2 or 3.
     pub dim: usize,
+    /// The shape of the cells of the mesh.
+    pub cells: Cells,
     /// Empty where only data are allowed.
     pub unknowns: &'a [Unknown],
     /// Known numbers.

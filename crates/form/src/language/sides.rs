@@ -2,7 +2,8 @@
 
 use faceoff_fem::scene::expression::syntax::Term;
 
-use super::{Reader, Result, Tensor, fault, kind_of, scalar};
+use super::{Names, Reader, Result, Tensor, fault, kind_of, scalar};
+use crate::grid::Cells;
 use crate::problem::{Element, Space};
 use crate::scalar::{Field, Id, Leaf, Node, Scalars, Side};
 
@@ -44,7 +45,13 @@ impl Reader<'_> {
 
     /// ∂/∂x_axis, by the chain rule.
     pub(super) fn slope(&mut self, term: &Term, id: Id, axis: usize) -> Result<Id> {
-        let (data, unknowns, dim) = (self.names.data, self.names.unknowns, self.names.dim);
+        let Names {
+            data,
+            unknowns,
+            dim,
+            cells,
+            ..
+        } = self.names;
         let mut refused = None;
         let found = self.scalars.derivative(id, &mut |s, node| match node {
             Node::Coordinate(k) => s.number(f64::from(u8::from(k == axis))),
@@ -69,7 +76,13 @@ impl Reader<'_> {
                 }
                 Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
                     let space = unknowns[k].space;
-                    let found = partial(s, space, leaf, axis, dim);
+                    let found = match leaf.axis {
+                        Some(_) if cells == Cells::Cubes => Err((
+                            format!("a second derivative on {}", cells.names(dim)),
+                            "only triangles and tetrahedra have them here: leave this term out, or take such a mesh",
+                        )),
+                        _ => partial(s, space, leaf, axis, dim),
+                    };
                     found.unwrap_or_else(|fault| {
                         refused = Some(fault);
                         s.number(0.0)

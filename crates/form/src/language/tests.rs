@@ -3,6 +3,7 @@
 use faceoff_fem::scene::expression::syntax::Term;
 
 use super::{Names, Reader};
+use crate::grid::Cells;
 use crate::problem::{Datum, Element, Space, Unknown};
 use crate::scalar::{Field, Leaf, Node, Scalars, Side};
 
@@ -58,6 +59,7 @@ fn evaluated(text: &str, dim: usize) -> (Vec<usize>, Vec<f64>) {
     };
     let names = Names {
         dim,
+        cells: Cells::Simplices,
         unknowns: &[
             unknown("u", Element::Broken(1), None),
             unknown("w", Element::Broken(1), Some(dim)),

@@ -5,12 +5,13 @@
 
 use faceoff_fem::linear::zeros;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::mesh::{Mesh, Triangulation};
+use faceoff_mesh::mesh::Mesh;
 use faceoff_mesh::parallel;
 
 use super::batch::{Batch, Scratch, State};
 use super::dofs::{Coupling, Dofs, Pattern};
 use super::work::{Entity, Work};
+use crate::grid::Grid;
 use crate::problem::{Bilinear, Integral, Problem};
 
 /// A form on a mesh, ready to be evaluated.
@@ -19,7 +20,7 @@ pub struct Assembler {
     /// With the expressions of the derivative.
     pub problem: Problem,
     /// The cells.
-    pub mesh: Triangulation,
+    pub mesh: Grid,
     /// The degrees of freedom.
     pub dofs: Dofs,
     /// What couples them.
@@ -73,7 +74,7 @@ impl Assembler {
         is_matrix: bool,
     ) -> Result<Self> {
         let mut problem = problem.clone();
-        let mesh = Triangulation::new(&problem.name, source)?;
+        let mesh = Grid::new(&problem.name, source)?;
         let dofs = Dofs::new(&problem, &mesh);
         let works: Vec<Work> = integrals
             .iter()

@@ -3,12 +3,13 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use faceoff_mesh::mesh::{CellGeometry, Triangulation};
+use faceoff_mesh::mesh::CellGeometry;
 
 use super::dofs::{Dofs, sign};
 use super::element::{Table, carriers, vectors};
 use super::tape::{Memory, Slot};
 use super::work::{Block, Entity, Given, Work, order};
+use crate::grid::{Cells, Grid, Map};
 use crate::problem::{Domain, Problem};
 use crate::scalar::{Length, Node, Side};
 
@@ -26,11 +27,16 @@ pub struct State<'a> {
 /// Memory of a batch, used again for the next one.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    /// Of each side and cell.
+    /// Of each side and cell: the vertices, and the longest distance between two of them.
+    vertices: Vec<[[f64; 3]; 8]>,
+    diameter: Vec<f64>,
+    /// Of simplices.
     geometry: Vec<CellGeometry>,
-    /// The measure of the cell or facet.
+    /// The measure of the cell or facet, at each point where the map is curved.
     measure: Vec<f64>,
-    /// ∂_a λ_j at (side, j, a).
+    /// The normal of the first side, at (point, a).
+    normal: Vec<f64>,
+    /// ∂_a ξ_j at (point, side, j, a).
     slopes: Vec<f64>,
     /// Products of two of them, at (side, a, b, j, l).
     bends: Vec<f64>,
@@ -51,7 +57,7 @@ pub struct Scratch {
 /// A batch: entities of one placement.
 pub struct Batch<'a> {
     pub problem: &'a Problem,
-    pub mesh: &'a Triangulation,
+    pub mesh: &'a Grid,
     pub dofs: &'a Dofs,
     pub work: &'a Work,
     pub entities: &'a [Entity],
@@ -82,22 +88,50 @@ impl Batch<'_> {
         }
     }
 
+    /// The points at which geometry is needed: all where the map of the reference cell is curved, or one.
+    fn geometry_points(&self) -> usize {
+        match self.work.is_curved {
+            true => self.work.weights.len(),
+            false => 1,
+        }
+    }
+
     fn geometry(&self, s: &mut Scratch) {
         let (dim, n) = (self.mesh.dim, self.entities.len());
-        s.geometry.clear();
+        s.vertices.clear();
         for side in 0..self.work.sides {
             let cells = self.entities.iter().map(|e| e.cells[side] as usize);
-            s.geometry
-                .extend(cells.map(|cell| self.mesh.geometry(cell)));
+            s.vertices
+                .extend(cells.map(|cell| self.mesh.vertices(cell)));
         }
-        let facet = self.work.placements[usize::from(self.entities[0].places[0])].facet;
+        s.diameter.clear();
+        s.geometry.clear();
         s.measure.clear();
-        s.measure
-            .extend(s.geometry[..n].iter().map(|g| match self.work.domain {
-                Domain::Cells => g.measure(),
-                _ => g.face_measure(facet),
-            }));
+        s.normal.clear();
         s.slopes.clear();
+        s.bends.clear();
+        if self.mesh.shape == Cells::Cubes {
+            let diameters = s.vertices.iter().map(|v| self.mesh.diameter(v));
+            s.diameter.extend(diameters);
+            (0..self.geometry_points()).for_each(|q| self.geometry_at(s, q));
+            return;
+        }
+        let all = s.vertices.iter().map(|v| CellGeometry::new(dim, &v[..4]));
+        s.geometry.extend(all);
+        s.diameter.extend(s.geometry.iter().map(|g| g.diameter));
+        let facet = self.work.placements[usize::from(self.entities[0].places[0])].facet;
+        let is_cells = self.work.domain == Domain::Cells;
+        s.measure
+            .extend(s.geometry[..n].iter().map(|g| match is_cells {
+                true => g.measure(),
+                false => g.face_measure(facet),
+            }));
+        if !is_cells {
+            for a in 0..dim {
+                s.normal
+                    .extend(s.geometry[..n].iter().map(|g| g.normal(facet)[a]));
+            }
+        }
         for side in s.geometry.chunks_exact(n) {
             for j in 1..=dim {
                 for a in 0..dim {
@@ -105,7 +139,6 @@ impl Batch<'_> {
                 }
             }
         }
-        s.bends.clear();
         if self.work.has_second {
             for side in s.geometry.chunks_exact(n) {
                 for (a, b) in pairs(dim) {
@@ -120,8 +153,35 @@ impl Batch<'_> {
         }
     }
 
+    /// The geometry of quadrangles or hexahedra at a point.
+    fn geometry_at(&self, s: &mut Scratch, q: usize) {
+        let (dim, n) = (self.mesh.dim, self.entities.len());
+        for (side, vertices) in s.vertices.chunks_exact(n).enumerate() {
+            let place = usize::from(self.entities[0].places[side]);
+            let placement = &self.work.placements[place];
+            let map = |v| self.mesh.map(v, &placement.points[q]);
+            let maps: Vec<Map> = vertices.iter().map(map).collect();
+            if side == 0 {
+                let is_cells = self.work.domain == Domain::Cells;
+                s.measure.extend(maps.iter().map(|map| match is_cells {
+                    true => map.measure,
+                    false => map.face_measure(placement.facet),
+                }));
+                for a in 0..if is_cells { 0 } else { dim } {
+                    s.normal
+                        .extend(maps.iter().map(|map| map.normal(placement.facet)[a]));
+                }
+            }
+            for j in 0..dim {
+                for a in 0..dim {
+                    s.slopes.extend(maps.iter().map(|map| map.slopes[j][a]));
+                }
+            }
+        }
+    }
+
     fn ends(&self, state: State, s: &mut Scratch) {
-        let n = self.entities.len();
+        let (dim, n) = (self.mesh.dim, self.entities.len());
         let placement = &self.work.placements[usize::from(self.entities[0].places[0])];
         for (node, slot) in &self.work.tape.ends {
             let mut fill = |of: &dyn Fn(usize) -> f64| {
@@ -137,8 +197,14 @@ impl Batch<'_> {
                 Node::Parameter(k) => fill(&|_| state.parameters[k]),
                 Node::Normal(axis, side) => {
                     let sign = if side == Side::Minus { -1.0 } else { 1.0 };
-                    fill(&|c| sign * s.geometry[c].normal(placement.facet)[axis]);
+                    for q in 0..self.geometry_points() {
+                        let at = (q * dim + axis) * n;
+                        let out = s.tape.row_mut(*slot, q).iter_mut();
+                        out.zip(&s.normal[at..])
+                            .for_each(|(out, x)| *out = sign * x);
+                    }
                 }
+                Node::Length(Length::Diameter, side) => fill(&|c| s.diameter[of_side(side) + c]),
                 Node::Length(length, side) => {
                     let facet = (self.work.domain != Domain::Cells).then_some(placement.facet);
                     // The facet is one of both cells, by its number in the first.
@@ -146,11 +212,12 @@ impl Batch<'_> {
                         (Length::Facet, Some(_)) => 0,
                         _ => of_side(side),
                     };
-                    fill(&|c| length.of(&s.geometry[from + c], facet));
+                    let cell = |c: usize| s.geometry.get(from + c);
+                    fill(&|c| cell(c).map_or(f64::NAN, |cell| length.of(cell, facet)));
                 }
                 Node::Coordinate(axis) => {
-                    for (q, lambda) in placement.points.iter().enumerate() {
-                        coordinate(s.tape.row_mut(*slot, q), &s.geometry[..n], lambda, axis);
+                    for (q, at) in placement.points.iter().enumerate() {
+                        self.coordinate(s.tape.row_mut(*slot, q), &s.vertices[..n], at, axis);
                     }
                 }
                 _ => {}
@@ -211,9 +278,9 @@ impl Batch<'_> {
                         Node::Pi => std::f64::consts::PI,
                         Node::Parameter(k) => state.parameters[k],
                         Node::Coordinate(axis) => {
-                            for (q, lambda) in nodal.nodes.iter().enumerate() {
-                                let cells = &s.geometry[side * n..(side + 1) * n];
-                                coordinate(s.nodal.row_mut(*slot, q), cells, lambda, axis);
+                            for (q, at) in nodal.nodes.iter().enumerate() {
+                                let cells = &s.vertices[side * n..(side + 1) * n];
+                                self.coordinate(s.nodal.row_mut(*slot, q), cells, at, axis);
                             }
                             continue;
                         }
@@ -249,7 +316,7 @@ impl Batch<'_> {
                         add_to(&mut s.reference, *phi, &s.local[i * n..(i + 1) * n]);
                     }
                     let out = s.tape.row_mut(*slot, q);
-                    match factor(&s.slopes, &s.bends, dim, n, side, *derivative, r) {
+                    match self.factor(&s.slopes, &s.bends, q, side, *derivative, r) {
                         None => out.copy_from_slice(&s.reference),
                         Some(factor) => multiply_to(out, factor, &s.reference),
                     }
@@ -266,18 +333,20 @@ impl Batch<'_> {
             let placement = &work.placements[usize::from(self.entities[0].places[block.side])];
             let table = &placement.tables[block.shape];
             for (_, derivative, slot) in work.vector.iter().filter(|(b, ..)| *b == k) {
-                let points = if slot.varies { work.weights.len() } else { 1 };
+                let varies = slot.varies || work.is_curved;
+                let points = if varies { work.weights.len() } else { 1 };
                 for r in references(order(*derivative, dim), dim) {
-                    let factor = factor(&s.slopes, &s.bends, dim, n, block.side, *derivative, r);
                     for q in 0..points {
+                        let factor =
+                            self.factor(&s.slopes, &s.bends, q, block.side, *derivative, r);
                         s.sums.clear();
-                        s.sums.extend_from_slice(&s.measure);
+                        s.sums.extend_from_slice(self.measure(&s.measure, q));
                         scale(&mut s.sums, s.tape.row(*slot, q));
                         if let Some(factor) = factor {
                             scale(&mut s.sums, factor);
                         }
                         for i in 0..block.count {
-                            let weight = match slot.varies {
+                            let weight = match varies {
                                 true => work.weights[q] * table.row(r, q)[i],
                                 false => (0..work.weights.len())
                                     .map(|q| work.weights[q] * table.row(r, q)[i])
@@ -311,7 +380,7 @@ impl Batch<'_> {
                     let own = || {
                         let is_own = |(x, y, slot): &&(usize, usize, Slot)| {
                             (order(*x, dim), order(*y, dim)) == (of_a, of_b)
-                                && slot.varies == varies
+                                && (slot.varies || work.is_curved) == varies
                         };
                         pairs.iter().filter(is_own)
                     };
@@ -329,16 +398,16 @@ impl Batch<'_> {
                             for (k, r) in rs.clone().enumerate() {
                                 s.reference.clear();
                                 s.reference.extend_from_slice(coefficient);
-                                scale(&mut s.reference, &s.measure);
+                                scale(&mut s.reference, self.measure(&s.measure, q));
                                 if let Some(factor) =
-                                    factor(&s.slopes, &s.bends, dim, n, a.side, *x, r)
+                                    self.factor(&s.slopes, &s.bends, q, a.side, *x, r)
                                 {
                                     scale(&mut s.reference, factor);
                                 }
                                 for (l, t) in ss.clone().enumerate() {
                                     let at = (k * ss.len() + l) * n;
                                     let out = &mut s.sums[at..at + n];
-                                    match factor(&s.slopes, &s.bends, dim, n, b.side, *y, t) {
+                                    match self.factor(&s.slopes, &s.bends, q, b.side, *y, t) {
                                         None => add_to(out, 1.0, &s.reference),
                                         Some(factor) => multiply_to(out, factor, &s.reference),
                                     }
@@ -465,6 +534,49 @@ impl Batch<'_> {
             }
         }
     }
+
+    /// What a derivative by reference coordinates contributes to one by coordinates at a point; 1 for the function itself.
+    fn factor<'a>(
+        &self,
+        slopes: &'a [f64],
+        bends: &'a [f64],
+        q: usize,
+        side: usize,
+        derivative: usize,
+        reference: usize,
+    ) -> Option<&'a [f64]> {
+        let (dim, n) = (self.mesh.dim, self.entities.len());
+        let square = dim * dim;
+        let (values, at) = match order(derivative, dim) {
+            0 => return None,
+            1 => {
+                let point = if self.work.is_curved { q } else { 0 };
+                let place = (reference - 1) * dim + derivative - 1;
+                (slopes, (point * self.work.sides + side) * square + place)
+            }
+            _ => (
+                bends,
+                (side * square + derivative - 1 - dim) * square + reference - 1 - dim,
+            ),
+        };
+        Some(&values[at * n..(at + 1) * n])
+    }
+
+    /// The measures of the cells or facets at a point.
+    fn measure<'a>(&self, all: &'a [f64], q: usize) -> &'a [f64] {
+        let n = self.entities.len();
+        let at = if self.work.is_curved { q * n } else { 0 };
+        &all[at..at + n]
+    }
+
+    /// A coordinate of a place in each cell.
+    fn coordinate(&self, out: &mut [f64], cells: &[[[f64; 3]; 8]], at: &[f64; 4], axis: usize) {
+        let parts = self.mesh.shape.parts(self.mesh.dim, at);
+        for (out, cell) in out.iter_mut().zip(cells) {
+            let all = parts.iter().zip(cell).filter(|(part, _)| **part != 0.0);
+            *out = all.map(|(part, x)| part * x[axis]).sum();
+        }
+    }
 }
 
 /// Integrals of products of basis functions that are smaller than this are 0.
@@ -480,41 +592,6 @@ fn references(order: usize, dim: usize) -> Range<usize> {
         0 => 0..1,
         1 => 1..1 + dim,
         _ => 1 + dim..1 + dim + dim * dim,
-    }
-}
-
-/// What a derivative by reference coordinates contributes to one by coordinates; 1 for the function itself.
-fn factor<'a>(
-    slopes: &'a [f64],
-    bends: &'a [f64],
-    dim: usize,
-    n: usize,
-    side: usize,
-    derivative: usize,
-    reference: usize,
-) -> Option<&'a [f64]> {
-    let square = dim * dim;
-    let (values, at) = match order(derivative, dim) {
-        0 => return None,
-        1 => (
-            slopes,
-            side * square + (reference - 1) * dim + derivative - 1,
-        ),
-        _ => (
-            bends,
-            (side * square + derivative - 1 - dim) * square + reference - 1 - dim,
-        ),
-    };
-    Some(&values[at * n..(at + 1) * n])
-}
-
-fn coordinate(out: &mut [f64], cells: &[CellGeometry], lambda: &[f64; 4], axis: usize) {
-    for (out, cell) in out.iter_mut().zip(cells) {
-        let parts = lambda
-            .iter()
-            .zip(&cell.vertices)
-            .filter(|(l, _)| **l != 0.0);
-        *out = parts.map(|(l, x)| l * x[axis]).sum();
     }
 }
 

@@ -5,10 +5,10 @@
 
 use std::collections::HashMap;
 
-use faceoff_mesh::mesh::{Triangulation, local_edges};
 use faceoff_mesh::parallel;
 
 use super::element::{Shape, carriers};
+use crate::grid::{Cells, Grid};
 use crate::problem::{Element, Problem};
 
 /// No node so far.
@@ -19,9 +19,9 @@ const NONE: u32 = u32::MAX;
 enum Carrier {
     /// A vertex.
     Vertex(u32),
-    /// An edge, and which of its nodes, counted from the vertex with the smaller number.
-    Edge(u32, u8),
-    /// A facet of a cell: an edge of a triangle, a triangle of a tetrahedron.
+    /// An edge by its vertices, ascending, and which of its nodes, counted from the first.
+    Edge([u32; 2], u8),
+    /// A facet of a cell.
     Facet(u32),
     /// The inside of a cell, and which of its nodes.
     Cell(u32, u8),
@@ -38,23 +38,16 @@ pub struct Dofs {
     pub first: Vec<u32>,
     /// The unknown of each node.
     pub unknown: Vec<u32>,
-    /// The edges of cells, by `local_edges`.
-    pub cell_edges: Vec<u32>,
 }
 
 impl Dofs {
     /// Numbers the nodes of all unknowns.
-    pub fn new(problem: &Problem, mesh: &Triangulation) -> Self {
+    pub fn new(problem: &Problem, mesh: &Grid) -> Self {
         let dim = mesh.dim;
-        let is_edged = |e: Element| matches!(e, Element::Continuous(2..) | Element::Nedelec);
-        let cell_edges = match problem.unknowns.iter().any(|u| is_edged(u.space.element)) {
-            true => mesh.edges().1,
-            false => Vec::new(),
-        };
         let all: Vec<Vec<Local>> = problem
             .unknowns
             .iter()
-            .map(|u| locals(u.space.element, dim))
+            .map(|u| locals(u.space.element, mesh.shape, dim))
             .collect();
         let counts: Vec<usize> = all.iter().map(Vec::len).collect();
         let mut numbers: Vec<HashMap<Carrier, u32>> = vec![HashMap::new(); counts.len()];
@@ -66,7 +59,6 @@ impl Dofs {
             counts,
             first: vec![0],
             unknown: Vec::new(),
-            cell_edges,
         };
         let mut vertices: Vec<Vec<u32>> = vec![vec![NONE; mesh.points.len()]; all.len()];
         for cell in 0..mesh.cell_count() {
@@ -78,7 +70,7 @@ impl Dofs {
                     space.count()
                 } as u32;
                 for local in locals {
-                    let carrier = dofs.carrier(mesh, cell, *local);
+                    let carrier = carrier(mesh, cell, *local);
                     let place = match carrier {
                         Carrier::Vertex(vertex) => &mut vertices[k][vertex as usize],
                         // Nobody else has it.
@@ -96,24 +88,6 @@ impl Dofs {
             }
         }
         dofs
-    }
-
-    fn carrier(&self, mesh: &Triangulation, cell: usize, local: Local) -> Carrier {
-        let vertices = mesh.cell(cell);
-        match local {
-            Local::Vertex(i) => Carrier::Vertex(vertices[i]),
-            Local::Edge([a, b], nearer_to_b, n) => {
-                let edges = local_edges(mesh.dim);
-                let is_it = |edge: &[usize; 2]| *edge == [a.min(b), a.max(b)];
-                let edge = edges.iter().position(is_it).unwrap_or(0);
-                let edge = self.cell_edges[edges.len() * cell + edge];
-                let from_a = if nearer_to_b { 1 } else { 0 };
-                let is_turned = n > 1 && vertices[a] > vertices[b];
-                Carrier::Edge(edge, if is_turned { 1 - from_a } else { from_a })
-            }
-            Local::Facet(i) => Carrier::Facet(mesh.cell_faces(cell)[i]),
-            Local::Cell(i) => Carrier::Cell(cell as u32, i),
-        }
     }
 
     /// The number of dofs.
@@ -138,6 +112,22 @@ impl Dofs {
     }
 }
 
+fn carrier(mesh: &Grid, cell: usize, local: Local) -> Carrier {
+    let vertices = mesh.cell(cell);
+    match local {
+        Local::Vertex(i) => Carrier::Vertex(vertices[i]),
+        Local::Edge([a, b], nearer_to_b, n) => {
+            let [a, b] = [vertices[a], vertices[b]];
+            let from_a = u8::from(nearer_to_b);
+            let is_turned = n > 1 && a > b;
+            let number = if is_turned { 1 - from_a } else { from_a };
+            Carrier::Edge([a.min(b), a.max(b)], number)
+        }
+        Local::Facet(i) => Carrier::Facet(mesh.cell_faces(cell)[i]),
+        Local::Cell(i) => Carrier::Cell(cell as u32, i),
+    }
+}
+
 /// Where a basis function of a cell has its node.
 #[derive(Debug, Clone, Copy)]
 enum Local {
@@ -148,10 +138,10 @@ enum Local {
     Cell(u8),
 }
 
-fn locals(element: Element, dim: usize) -> Vec<Local> {
+fn locals(element: Element, cells: Cells, dim: usize) -> Vec<Local> {
     match element {
-        Element::Broken(degree) => {
-            let count = Shape::Lagrange(degree).count(dim) as u8;
+        Element::Broken(_) => {
+            let count = Shape::of(element, cells).count(dim) as u8;
             (0..count).map(Local::Cell).collect()
         }
         Element::CrouzeixRaviart | Element::RaviartThomas => (0..=dim).map(Local::Facet).collect(),
@@ -160,27 +150,56 @@ fn locals(element: Element, dim: usize) -> Vec<Local> {
             edges.map(|edge| Local::Edge(edge, false, 1)).collect()
         }
         Element::Continuous(degree) => {
-            let lattice = Shape::Lagrange(degree).lattice(dim).into_iter();
-            let local = |node: [u8; 4]| {
-                let on: Vec<usize> = (0..=dim).filter(|i| node[*i] > 0).collect();
-                match on[..] {
-                    [i] => Local::Vertex(i),
-                    [a, b] => Local::Edge([a, b], node[b] > node[a], usize::from(degree) - 1),
-                    _ if dim == 2 => Local::Cell(0),
-                    _ => Local::Facet((0..=dim).find(|i| node[*i] == 0).unwrap_or(0)),
-                }
+            let lattice = Shape::of(element, cells).lattice(dim).into_iter();
+            lattice
+                .map(|node| local(node, degree, cells, dim))
+                .collect()
+        }
+    }
+}
+
+/// What carries a node of a continuous function.
+fn local(node: [u8; 4], degree: u8, cells: Cells, dim: usize) -> Local {
+    // The corners of the smallest part of the cell that the node is on.
+    let corners = match cells {
+        Cells::Simplices => (0..=dim).filter(|i| node[*i] > 0).collect(),
+        Cells::Cubes => {
+            let is_near = |i: usize, k: usize| match i >> k & 1 {
+                1 => node[k + 1] > 0,
+                _ => node[k + 1] < degree,
             };
-            lattice.map(local).collect()
+            let near = (0..1 << dim).filter(|i| (0..dim).all(|k| is_near(*i, k)));
+            near.collect::<Vec<usize>>()
+        }
+    };
+    match corners[..] {
+        [i] => Local::Vertex(i),
+        [a, b] => {
+            // On cubes the only node of an edge is its middle.
+            let nearer_to_b = cells == Cells::Simplices && node[b] > node[a];
+            Local::Edge([a, b], nearer_to_b, usize::from(degree) - 1)
+        }
+        _ if corners.len() == cells.corners(dim) => Local::Cell(0),
+        _ => {
+            let is_it = |facet: &usize| corners.iter().all(|i| cells.is_on(*i, *facet));
+            Local::Facet((0..cells.facets(dim)).find(is_it).unwrap_or(0))
         }
     }
 }
 
 /// Does the basis function of a cell belong to one of its facets, so that a value on the facet holds it?
-pub fn is_on_facet(element: Element, dim: usize, i: usize, facet: usize) -> bool {
+pub fn is_on_facet(element: Element, cells: Cells, dim: usize, i: usize, facet: usize) -> bool {
     match element {
         Element::CrouzeixRaviart | Element::RaviartThomas => i == facet,
         Element::Broken(degree) | Element::Continuous(degree) => {
-            Shape::of(element).lattice(dim)[i][facet] == 0 && degree > 0
+            let node = Shape::of(element, cells).lattice(dim)[i];
+            degree > 0
+                && match cells {
+                    Cells::Simplices => node[facet] == 0,
+                    Cells::Cubes => {
+                        usize::from(node[facet / 2 + 1]) == facet % 2 * usize::from(degree)
+                    }
+                }
         }
         Element::Nedelec => !carriers(element, dim)[i].contains(&facet),
     }
@@ -303,7 +322,7 @@ impl Pattern {
 
 /// The sign of a basis function of vectors: its normal points out of the first cell of a facet, its edge goes from the smaller vertex to the
 /// larger one.
-pub fn sign(mesh: &Triangulation, cell: usize, [a, b]: [usize; 2]) -> f64 {
+pub fn sign(mesh: &Grid, cell: usize, [a, b]: [usize; 2]) -> f64 {
     let is_along = match a == b {
         true => mesh.face_cells(mesh.cell_faces(cell)[a] as usize)[0] as usize == cell,
         false => mesh.cell(cell)[a] < mesh.cell(cell)[b],

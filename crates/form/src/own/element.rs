@@ -1,4 +1,4 @@
-//! Basis functions of finite elements in barycentric coordinates.
+//! Basis functions of finite elements on the reference cell.
 //!
 //! A scalar element is nodal: each basis function is 1 at one node and 0 at the others. Functions of the elements of vectors, those of
 //! Raviart–Thomas and Nédélec, are linear on each cell, so they are sums of the linear basis functions with vectors as coefficients, and
@@ -6,6 +6,7 @@
 
 use faceoff_mesh::mesh::CellGeometry;
 
+use crate::grid::Cells;
 use crate::problem::Element;
 
 /// The functions of one component on a cell.
@@ -13,11 +14,14 @@ use crate::problem::Element;
 pub enum Shape {
     /// All polynomials of this degree, by their values at equidistant nodes.
     Lagrange(u8),
+    /// All products of polynomials of this degree in each coordinate, by their values at equidistant nodes: of quadrangles and hexahedra.
+    Product(u8),
     /// Linear functions by their values at the centres of facets.
     Crouzeix,
 }
 
-/// The basis functions of a shape at some points, with derivatives by the reference coordinates λ₁, …, λ_d.
+/// The basis functions of a shape at some points, with derivatives by the reference coordinates ξ₁, …, ξ_d, which are λ₁, …, λ_d
+/// of a simplex.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// Basis functions.
@@ -37,25 +41,39 @@ impl Table {
 
 impl Shape {
     /// That of each component of an element's functions.
-    pub fn of(element: Element) -> Self {
+    pub fn of(element: Element, cells: Cells) -> Self {
         match element {
-            Element::Continuous(degree) | Element::Broken(degree) => Shape::Lagrange(degree),
+            Element::Continuous(degree) | Element::Broken(degree) => Shape::nodal(cells, degree),
             Element::CrouzeixRaviart => Shape::Crouzeix,
             Element::RaviartThomas | Element::Nedelec => Shape::Lagrange(1),
+        }
+    }
+
+    /// That of values at equidistant nodes.
+    pub fn nodal(cells: Cells, degree: u8) -> Self {
+        match cells {
+            Cells::Simplices => Shape::Lagrange(degree),
+            Cells::Cubes => Shape::Product(degree),
         }
     }
 
     /// The polynomial degree.
     pub fn degree(self) -> usize {
         match self {
-            Shape::Lagrange(degree) => degree.into(),
+            Shape::Lagrange(degree) | Shape::Product(degree) => degree.into(),
             Shape::Crouzeix => 1,
         }
     }
 
-    /// The nodes of Lagrange's elements, as barycentric coordinates times the degree; of constants the only node is 0.
+    /// The nodes, as coordinates of the reference cell times the degree; of constants the only node is 0.
     pub fn lattice(self, dim: usize) -> Vec<[u8; 4]> {
         let degree = self.degree() as u8;
+        if let Shape::Product(_) = self {
+            let width = usize::from(degree) + 1;
+            let digit = |node: usize, k: u32| (node / width.pow(k) % width) as u8;
+            let node = |node: usize| [0, digit(node, 0), digit(node, 1), digit(node, 2)];
+            return (0..width.pow(dim as u32)).map(node).collect();
+        }
         let mut all = Vec::new();
         let mut push = |node: [u8; 4]| {
             if node[..=dim].iter().sum::<u8>() == degree && node[dim + 1..].iter().all(|k| *k == 0)
@@ -74,15 +92,16 @@ impl Shape {
         all
     }
 
-    /// The nodes as barycentric coordinates.
+    /// The nodes as places in the reference cell.
     pub fn nodes(self, dim: usize) -> Vec<[f64; 4]> {
         match self {
+            Shape::Product(0) => vec![[0.0, 0.5, 0.5, if dim == 3 { 0.5 } else { 0.0 }]],
             Shape::Lagrange(0) => {
                 let mut centre = [0.0; 4];
                 centre[..=dim].fill(1.0 / (dim + 1) as f64);
                 vec![centre]
             }
-            Shape::Lagrange(degree) => {
+            Shape::Lagrange(degree) | Shape::Product(degree) => {
                 let lattice = self.lattice(dim).into_iter();
                 lattice
                     .map(|node| node.map(|k| f64::from(k) / f64::from(degree)))
@@ -103,11 +122,11 @@ impl Shape {
     pub fn count(self, dim: usize) -> usize {
         match self {
             Shape::Crouzeix => dim + 1,
-            Shape::Lagrange(_) => self.lattice(dim).len(),
+            Shape::Lagrange(_) | Shape::Product(_) => self.lattice(dim).len(),
         }
     }
 
-    /// Basis functions and their derivatives at points given by barycentric coordinates.
+    /// Basis functions and their derivatives at places of the reference cell.
     pub fn table(self, dim: usize, points: &[[f64; 4]]) -> Table {
         let count = self.count(dim);
         let derivatives = 1 + dim + dim * dim;
@@ -118,7 +137,7 @@ impl Shape {
         let lattice = self.lattice(dim);
         for (q, lambda) in points.iter().enumerate() {
             for i in 0..count {
-                // By barycentric coordinates; λ₀ = 1 - λ₁ - … is no reference coordinate.
+                // By barycentric coordinates; λ₀ = 1 - λ₁ - … is no reference coordinate. Products do not depend on it.
                 let (value, first, second) = match self {
                     Shape::Crouzeix => {
                         let slope = -(dim as f64);
@@ -126,7 +145,13 @@ impl Shape {
                         first[i] = slope;
                         (1.0 + slope * lambda[i], first, [[0.0; 4]; 4])
                     }
-                    Shape::Lagrange(degree) => lagrange(f64::from(degree), lattice[i], lambda),
+                    Shape::Lagrange(degree) => {
+                        product(|k| ascending(degree, lattice[i][k], lambda[k]))
+                    }
+                    Shape::Product(degree) => product(|k| match k {
+                        0 => [1.0, 0.0, 0.0],
+                        _ => cardinal(degree, lattice[i][k], lambda[k]),
+                    }),
                 };
                 put(0, q, i, value);
                 for a in 1..=dim {
@@ -146,20 +171,31 @@ impl Shape {
     }
 }
 
-/// A Lagrange basis function as the product over i of Π_{m < k_i} (degree λ_i - m)/(m + 1), with its derivatives by the λ_i (P. Silvester).
-fn lagrange(degree: f64, node: [u8; 4], lambda: &[f64; 4]) -> (f64, [f64; 4], [[f64; 4]; 4]) {
-    let factor = |i: usize| {
-        let (mut f, mut df, mut ddf) = (1.0, 0.0, 0.0);
-        for m in 0..node[i] {
-            let m = f64::from(m);
-            let (g, dg) = ((degree * lambda[i] - m) / (m + 1.0), degree / (m + 1.0));
-            ddf = ddf * g + 2.0 * df * dg;
-            df = df * g + f * dg;
-            f *= g;
-        }
-        [f, df, ddf]
-    };
-    let factors = [0, 1, 2, 3].map(factor);
+/// Π_{m < k} (degree x - m)/(m + 1) with its derivatives: a Lagrange basis function is the product of these over the barycentric coordinates
+/// (P. Silvester).
+fn ascending(degree: u8, k: u8, x: f64) -> [f64; 3] {
+    let [mut f, mut df, mut ddf] = [1.0, 0.0, 0.0];
+    for m in (0..k).map(f64::from) {
+        let degree = f64::from(degree);
+        let (g, dg) = ((degree * x - m) / (m + 1.0), degree / (m + 1.0));
+        ddf = ddf * g + 2.0 * df * dg;
+        df = df * g + f * dg;
+        f *= g;
+    }
+    [f, df, ddf]
+}
+
+/// The polynomial of this degree that is 1 at node k of an interval and 0 at the others, with its derivatives: the product of two of the above, one
+/// from each end.
+fn cardinal(degree: u8, k: u8, x: f64) -> [f64; 3] {
+    let [f, df, ddf] = ascending(degree, k, x);
+    let [g, dg, ddg] = ascending(degree, degree - k, 1.0 - x);
+    [f * g, df * g - f * dg, ddf * g - 2.0 * df * dg + f * ddg]
+}
+
+/// The product over i of functions of λ_i, each with its derivatives, and its derivatives by the λ_i.
+fn product(of: impl Fn(usize) -> [f64; 3]) -> (f64, [f64; 4], [[f64; 4]; 4]) {
+    let factors = [0, 1, 2, 3].map(of);
     let product = |order: [usize; 4]| (0..4).map(|i| factors[i][order[i]]).product::<f64>();
     let mut first = [0.0; 4];
     let mut second = [[0.0; 4]; 4];
@@ -212,7 +248,11 @@ mod tests {
     #[test]
     fn basis_functions_are_nodal_and_their_derivatives_right() {
         for dim in [2, 3] {
-            let shapes = (0..4).map(Shape::Lagrange).chain([Shape::Crouzeix]);
+            let products = (0..3).map(Shape::Product);
+            let shapes = (0..4)
+                .map(Shape::Lagrange)
+                .chain([Shape::Crouzeix])
+                .chain(products);
             for shape in shapes {
                 let table = shape.table(dim, &shape.nodes(dim));
                 for q in 0..shape.count(dim) {

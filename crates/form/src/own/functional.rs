@@ -55,6 +55,7 @@ impl Functionals {
         })?;
         let Problem {
             dim,
+            cells,
             unknowns,
             parameters,
             data,
@@ -70,6 +71,7 @@ impl Functionals {
         let known: Vec<Unknown> = known.collect();
         let names = Names {
             dim: *dim,
+            cells: *cells,
             unknowns: &known,
             parameters,
             data,

@@ -2,12 +2,13 @@
 
 use faceoff_fem::linear::General;
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::mesh::{Mesh, Triangulation};
+use faceoff_mesh::mesh::Mesh;
 
 use super::assemble::Assembler;
 use super::dofs::{Dofs, is_on_facet, sign};
 use super::element::{Shape, carriers, vectors};
 use super::work::facets;
+use crate::grid::Grid;
 use crate::problem::{Element, Problem};
 use crate::scalar::{Id, Node};
 
@@ -51,15 +52,15 @@ pub fn held(assembler: &Assembler, source: &Mesh, parameters: &[f64]) -> Result<
             moments(assembler, &condition, &facets, parameters, &mut all)?;
             continue;
         };
-        let nodes = Shape::of(element).nodes(mesh.dim);
+        let nodes = Shape::of(element, mesh.shape).nodes(mesh.dim);
         for face in facets {
             let cell = mesh.face_cells(face as usize)[0] as usize;
             let local = mesh.local_face(cell, face as usize);
-            let geometry = mesh.geometry(cell);
+            let vertices = mesh.vertices(cell);
             for (i, node) in dofs.of_cell(condition.unknown, cell).iter().enumerate() {
-                if is_on_facet(element, mesh.dim, i, local) {
+                if is_on_facet(element, mesh.shape, mesh.dim, i, local) {
                     let dof = dofs.first[*node as usize] as usize + component;
-                    let at = place(&geometry.vertices, &nodes[i]);
+                    let at = mesh.place(&vertices, &nodes[i]);
                     all.is_held[dof] = true;
                     all.values[dof] = value(problem, condition.values[0], parameters, &at);
                 }
@@ -73,20 +74,6 @@ pub fn held(assembler: &Assembler, source: &Mesh, parameters: &[f64]) -> Result<
         });
     }
     Ok(all)
-}
-
-/// Σ λ_i x_i; a vertex itself, to the last bit.
-pub fn place<V: std::ops::Index<usize, Output = f64>>(
-    vertices: &[V; 4],
-    lambda: &[f64; 4],
-) -> [f64; 3] {
-    let mut at = [0.0; 3];
-    for (l, vertex) in lambda.iter().zip(vertices).filter(|(l, _)| **l != 0.0) {
-        at.iter_mut()
-            .enumerate()
-            .for_each(|(k, x)| *x += l * vertex[k]);
-    }
-    at
 }
 
 /// Holds the normal or tangential moments of a vector on facets, by projection of g's.
@@ -117,7 +104,7 @@ fn moments(
             .into_iter()
             .zip(dofs.of_cell(condition.unknown, cell))
             .enumerate()
-            .filter(|(i, _)| is_on_facet(element, dim, *i, local))
+            .filter(|(i, _)| is_on_facet(element, mesh.shape, dim, *i, local))
             .map(|(_, (carrier, node))| {
                 let sign = sign(mesh, cell, carrier);
                 let vectors = vectors(element, &geometry, carrier);
@@ -136,7 +123,7 @@ fn moments(
                 .iter()
                 .zip(on_face)
                 .for_each(|(corner, l)| lambda[*corner] = l);
-            let at = place(&geometry.vertices, &lambda);
+            let at = geometry.point(&lambda);
             let mut g = [0.0; 3];
             for (g, id) in g.iter_mut().zip(&condition.values) {
                 *g = value(problem, *id, parameters, &at);
@@ -203,17 +190,12 @@ fn trace(element: Element, dim: usize, u: &[f64; 3], n: &[f64; 3]) -> [f64; 3] {
 }
 
 /// The unknowns at the start of steps in time; all 0 where there are none.
-pub fn initial(
-    problem: &Problem,
-    mesh: &Triangulation,
-    dofs: &Dofs,
-    parameters: &[f64],
-) -> Vec<f64> {
+pub fn initial(problem: &Problem, mesh: &Grid, dofs: &Dofs, parameters: &[f64]) -> Vec<f64> {
     let mut u = vec![0.0; dofs.count()];
     let all = problem.time.iter().flat_map(|time| &time.initial);
     for initial in all {
         let element = problem.unknowns[initial.unknown].space.element;
-        let nodes = Shape::of(element).nodes(mesh.dim);
+        let nodes = Shape::of(element, mesh.shape).nodes(mesh.dim);
         for cell in 0..mesh.cell_count() {
             let vertices = mesh.vertices(cell);
             for (node, lambda) in dofs.of_cell(initial.unknown, cell).iter().zip(&nodes) {
@@ -222,7 +204,7 @@ pub fn initial(
                     problem,
                     initial.value,
                     parameters,
-                    &place(&vertices, lambda),
+                    &mesh.place(&vertices, lambda),
                 );
             }
         }
@@ -231,25 +213,24 @@ pub fn initial(
 }
 
 /// For each given mean, the integrals of the basis functions, and the value of their sum.
-pub fn means(problem: &Problem, mesh: &Triangulation, dofs: &Dofs) -> Vec<(Vec<f64>, f64)> {
+pub fn means(problem: &Problem, mesh: &Grid, dofs: &Dofs) -> Vec<(Vec<f64>, f64)> {
     let [rule, _] = problem.rules();
     let points: Vec<[f64; 4]> = (0..rule.weights.len())
         .map(|q| rule.barycentric(q))
         .collect();
     let each = problem.means.iter().map(|mean| {
-        let shape = Shape::of(problem.unknowns[mean.unknown].space.element);
+        let shape = Shape::of(problem.unknowns[mean.unknown].space.element, mesh.shape);
         let table = shape.table(mesh.dim, &points);
-        let integral = |i: usize| -> f64 {
-            let weights = rule.weights.iter().enumerate();
-            weights.map(|(q, w)| w * table.row(0, q)[i]).sum()
-        };
-        let integrals: Vec<f64> = (0..table.count).map(integral).collect();
         let (mut row, mut volume) = (vec![0.0; dofs.count()], 0.0);
         for cell in 0..mesh.cell_count() {
-            let measure = mesh.measure(cell);
-            volume += measure;
-            for (node, integral) in dofs.of_cell(mean.unknown, cell).iter().zip(&integrals) {
-                row[dofs.first[*node as usize] as usize] += integral * measure;
+            let vertices = mesh.vertices(cell);
+            for (q, weight) in rule.weights.iter().enumerate() {
+                let part = weight * mesh.map(&vertices, &points[q]).measure;
+                volume += part;
+                let nodes = dofs.of_cell(mean.unknown, cell).iter();
+                for (node, phi) in nodes.zip(table.row(0, q)) {
+                    row[dofs.first[*node as usize] as usize] += phi * part;
+                }
             }
         }
         (row, volume * mean.value)

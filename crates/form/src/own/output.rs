@@ -1,21 +1,22 @@
 //! A solution as a file has it: the values of all unknowns at the nodes of cells.
 
-use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values, quadratic_edges};
+use faceoff_mesh::io::reference_nodes;
+use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
 use super::assemble::Assembler;
 use super::dofs::sign;
 use super::element::{Shape, carriers, vectors};
-use super::held::place;
+use crate::grid::Cells;
 use crate::problem::Element;
 
 /// The cells of a result, each with nodes of its own, and fields with the names of the unknowns.
 pub fn output(assembler: &Assembler, u: &[f64]) -> (Mesh, Vec<Field>) {
     let mesh = &assembler.mesh;
-    let (kind, nodes) = nodes(assembler.problem.output(), mesh.dim);
+    let (kind, nodes) = nodes(assembler.problem.output(), mesh.shape, mesh.dim);
     let mut points = Vec::with_capacity(nodes.len() * mesh.cell_count());
     for cell in 0..mesh.cell_count() {
         let vertices = mesh.vertices(cell);
-        points.extend(nodes.iter().map(|lambda| place(&vertices, lambda)));
+        points.extend(nodes.iter().map(|lambda| mesh.place(&vertices, lambda)));
     }
     let numbers = (0..points.len() as u32).collect();
     let fields = assembler
@@ -50,7 +51,7 @@ pub fn values(assembler: &Assembler, u: &[f64], unknown: usize, points: &[[f64; 
         ..
     } = assembler;
     let space = problem.unknowns[unknown].space;
-    let table = Shape::of(space.element).table(mesh.dim, points);
+    let table = Shape::of(space.element, mesh.shape).table(mesh.dim, points);
     let size = space.count();
     let mut all = Vec::with_capacity(mesh.cell_count() * points.len() * size);
     let mut local = vec![0.0; table.count * size];
@@ -89,54 +90,11 @@ pub fn values(assembler: &Assembler, u: &[f64], unknown: usize, points: &[[f64; 
     all
 }
 
-/// The cells that hold functions of an element, and their nodes, in the order of [`CellKind`].
-pub fn nodes(element: Element, dim: usize) -> (CellKind, Vec<[f64; 4]>) {
-    let shape = if dim == 2 {
-        faceoff_mesh::mesh::Shape::Triangle
-    } else {
-        faceoff_mesh::mesh::Shape::Tetrahedron
-    };
-    let degree = element.degree().max(1);
-    let kind = CellKind::complete(shape, degree).unwrap_or(CellKind::Triangle);
-    let corner = |i: usize| {
-        let mut node = [0.0; 4];
-        node[i] = 1.0;
-        node
-    };
-    let mut all: Vec<[f64; 4]> = (0..=dim).map(corner).collect();
-    let mix = |parts: &[(usize, f64)]| {
-        let mut node = [0.0; 4];
-        parts.iter().for_each(|(i, l)| node[*i] = *l);
-        node
-    };
-    match degree {
-        2 => all.extend(
-            quadratic_edges(dim)
-                .iter()
-                .map(|[a, b]| mix(&[(*a, 0.5), (*b, 0.5)])),
-        ),
-        3 => {
-            let (third, rest) = (1.0 / 3.0, 2.0 / 3.0);
-            // Gmsh's edges have directions, and its faces an order.
-            let edges: &[[usize; 2]] = match dim {
-                2 => &[[0, 1], [1, 2], [2, 0]],
-                _ => &[[0, 1], [1, 2], [2, 0], [3, 0], [3, 2], [3, 1]],
-            };
-            for [a, b] in edges {
-                all.push(mix(&[(*a, rest), (*b, third)]));
-                all.push(mix(&[(*a, third), (*b, rest)]));
-            }
-            let faces: &[[usize; 3]] = match dim {
-                2 => &[[0, 1, 2]],
-                _ => &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [3, 1, 2]],
-            };
-            all.extend(
-                faces
-                    .iter()
-                    .map(|[a, b, c]| mix(&[(*a, third), (*b, third), (*c, third)])),
-            );
-        }
-        _ => {}
-    }
-    (kind, all)
+/// The cells that hold functions of an element, and the places of their nodes, in the order of [`CellKind`].
+pub fn nodes(element: Element, cells: Cells, dim: usize) -> (CellKind, Vec<[f64; 4]>) {
+    let linear = cells.kinds(dim)[0];
+    let kind = CellKind::complete(cells.shape(dim), element.degree().max(1)).unwrap_or(linear);
+    let nodes = reference_nodes(kind).unwrap_or_default();
+    let place = |[x, y, z]: [f64; 3]| [1.0 - (x + y + z), x, y, z];
+    (kind, nodes.into_iter().map(place).collect())
 }

@@ -2,7 +2,6 @@
 
 use super::assemble::Assembler;
 use super::element::{Shape, carriers};
-use super::held::place;
 
 /// The unknown, the component and the place of each dof.
 pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
@@ -16,7 +15,7 @@ pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
     for (k, unknown) in problem.unknowns.iter().enumerate() {
         let element = unknown.space.element;
         let nodes: Vec<[f64; 4]> = match element.is_vector() {
-            false => Shape::of(element).nodes(mesh.dim),
+            false => Shape::of(element, mesh.shape).nodes(mesh.dim),
             true => carriers(element, mesh.dim)
                 .into_iter()
                 .map(|carrier| centre(mesh.dim, carrier))
@@ -26,7 +25,7 @@ pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
             let vertices = mesh.vertices(cell);
             for (node, lambda) in dofs.of_cell(k, cell).iter().zip(&nodes) {
                 for (component, dof) in dofs.of_node(*node).enumerate() {
-                    all[dof] = (k, component, place(&vertices, lambda));
+                    all[dof] = (k, component, mesh.place(&vertices, lambda));
                 }
             }
         }

@@ -2,7 +2,7 @@
 //!
 //! Nothing is projected: a field is a function of the space of its unknown, or it is refused.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Field, Mesh, Support};
@@ -15,6 +15,8 @@ use super::places::centre;
 
 /// Points are at one place if they are nearer than this part of the domain.
 const NEAR: f64 = 1e-6;
+/// A node of a cell may be off its place by this part of the cell.
+const SHIFT: f64 = 1e-3;
 /// Values that differ by less than this part of the largest are of one function: what codes leave that evaluate one for each cell.
 const SAME: f64 = 1e-12;
 /// Of numbers that were rounded when they were written, two may be apart by so many of their last digits.
@@ -38,11 +40,11 @@ pub fn read(assembler: &Assembler, result: &Mesh, unit: f64) -> Result<Vec<f64>>
     Ok(u)
 }
 
-/// A cell of the result: its number, which cell of ours it is, and its nodes with their barycentric coordinates in ours.
+/// A cell of the result: its number, which cell of ours it is, and its nodes with their places.
 struct Cell {
     number: u32,
     own: usize,
-    nodes: Vec<(u32, [f64; 4])>,
+    nodes: Vec<(u32, [f64; 3])>,
 }
 
 fn cells(assembler: &Assembler, result: &Mesh) -> Result<Vec<Cell>> {
@@ -108,22 +110,7 @@ fn cells(assembler: &Assembler, result: &Mesh) -> Result<Vec<Cell>> {
                 "cell {number} of the result is no cell of the form's mesh"
             )));
         };
-        let geometry = mesh.geometry(own);
-        let lambda = |point: &[f64; 3]| {
-            let mut lambda = [0.0; 4];
-            for (i, l) in lambda.iter_mut().enumerate().take(mesh.dim + 1) {
-                let from = &geometry.vertices[0];
-                let slope = &geometry.gradients[i];
-                *l = (0..3).map(|k| slope[k] * (point[k] - from[k])).sum::<f64>()
-                    + f64::from(u8::from(i == 0));
-            }
-            lambda
-        };
-        let nodes = nodes
-            .iter()
-            .zip(&points)
-            .map(|(node, point)| (*node, lambda(point)))
-            .collect();
+        let nodes = nodes.iter().copied().zip(points).collect();
         found.push(Cell { number, own, nodes });
     }
     Ok(found)
@@ -176,9 +163,10 @@ fn unknown(
         ));
     }
     let numbers = field.values.to_f64();
+    let nodal = |degree| Shape::nodal(mesh.shape, degree);
     let degree = |cell: &Cell| match field.on {
         Support::Cells => Some(0),
-        _ => (1..=3).find(|degree| Shape::Lagrange(*degree).count(mesh.dim) == cell.nodes.len()),
+        _ => (1..=3).find(|degree| nodal(*degree).count(mesh.dim) == cell.nodes.len()),
     };
     let row = |item: u32, c: usize| {
         numbers
@@ -192,30 +180,34 @@ fn unknown(
         if degree == 0 {
             return Some((0, vec![cell.number]));
         }
-        let lattice = Shape::Lagrange(degree).lattice(mesh.dim);
-        let node = |wanted: &[u8; 4]| {
-            let is_it = |(_, lambda): &&(u32, [f64; 4])| {
-                lambda
-                    .iter()
-                    .zip(wanted)
-                    .all(|(l, k)| (l * f64::from(degree) - f64::from(*k)).abs() < 1e-3)
+        let vertices = mesh.vertices(cell.own);
+        let near = SHIFT * mesh.diameter(&vertices);
+        let node = |at: &[f64; 4]| {
+            let wanted = mesh.place(&vertices, at);
+            let far = |(_, at): &(u32, [f64; 3])| -> f64 {
+                let squares = at.iter().zip(&wanted).map(|(a, b)| (a - b) * (a - b));
+                squares.sum::<f64>().sqrt()
             };
-            cell.nodes.iter().find(is_it).map(|(node, _)| *node)
+            let nearest = cell.nodes.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
+            (far(nearest) <= near).then_some(nearest.0)
         };
-        Some((
-            degree,
-            lattice.iter().map(node).collect::<Option<Vec<u32>>>()?,
-        ))
+        let found: Vec<u32> = nodal(degree)
+            .nodes(mesh.dim)
+            .iter()
+            .map(node)
+            .collect::<Option<_>>()?;
+        let distinct: BTreeSet<u32> = found.iter().copied().collect();
+        (distinct.len() == found.len()).then_some((degree, found))
     };
     let nodes: Vec<[f64; 4]> = match element.is_vector() {
-        false => Shape::of(element).nodes(mesh.dim),
+        false => Shape::of(element, mesh.shape).nodes(mesh.dim),
         true => carriers(element, mesh.dim)
             .into_iter()
             .map(|carrier| centre(mesh.dim, carrier))
             .collect(),
     };
     let tables: Vec<_> = (0..4)
-        .map(|degree| Shape::Lagrange(degree).table(mesh.dim, &nodes))
+        .map(|degree| nodal(degree).table(mesh.dim, &nodes))
         .collect();
     let mut given = Vec::with_capacity(cells.len());
     for cell in cells {
@@ -281,7 +273,7 @@ fn check(
         if !given.iter().any(|(_, own, _)| *own == degree) {
             continue;
         }
-        let nodes = Shape::Lagrange(degree).nodes(dim);
+        let nodes = Shape::nodal(assembler.mesh.shape, degree).nodes(dim);
         let found = values(assembler, u, k, &nodes);
         for (cell, _, items) in given.iter().filter(|(_, own, _)| *own == degree) {
             for (q, item) in items.iter().enumerate() {

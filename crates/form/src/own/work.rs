@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use faceoff_fem::quadrature::Rule;
-use faceoff_mesh::mesh::{CellKind, Mesh, Triangulation};
+use faceoff_mesh::mesh::Mesh;
 
 use super::element::{Shape, Table};
 use super::tape::{Slot, Tape};
+use crate::grid::{Cells, Grid};
 use crate::problem::{Bilinear, Domain, Integral, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
@@ -24,13 +25,13 @@ pub struct Entity {
     pub places: [u16; 2],
 }
 
-/// The quadrature points in the reference cell: those of a facet are placed by its vertices in ascending order, so that both cells of a
+/// The quadrature points in the reference cell: those of a facet are placed by its vertices in one order, so that both cells of a
 /// facet have the same.
 #[derive(Debug)]
 pub struct Placement {
-    /// The facet, opposite to this vertex.
+    /// The number of the facet in the cell.
     pub facet: usize,
-    /// Barycentric coordinates.
+    /// Places in the reference cell.
     pub points: Vec<[f64; 4]>,
     /// Basis functions of each shape.
     pub tables: Vec<Table>,
@@ -108,6 +109,8 @@ pub struct Work {
     /// Blocks of test function and increment, and the coefficients of their derivatives.
     pub matrix: Vec<(usize, usize, Pairs)>,
     pub has_second: bool,
+    /// Does the map of the reference cell have another Jacobian at each point?
+    pub is_curved: bool,
 }
 
 /// The number of a derivative: 0 for the function, then the first ones, then the second ones row by row.
@@ -136,7 +139,7 @@ impl Work {
     /// Of an integral by rules on cells and facets, and its derivative, which may be left out.
     pub fn new(
         problem: &mut Problem,
-        mesh: &Triangulation,
+        mesh: &Grid,
         source: &Mesh,
         integral: &Integral,
         [rule, facet_rule]: [Rule; 2],
@@ -161,7 +164,7 @@ impl Work {
         let mut size = 0;
         for side in 0..sides {
             for (k, component) in problem.components() {
-                let shape = Shape::of(problem.unknowns[k].space.element);
+                let shape = Shape::of(problem.unknowns[k].space.element, mesh.shape);
                 blocks.push(Block {
                     side,
                     unknown: k,
@@ -201,16 +204,19 @@ impl Work {
             .collect();
         let data_shape = |k: usize| {
             let space = problem.data[k].space;
-            space.map(|space| Shape::of(space.element))
+            space.map(|space| Shape::of(space.element, mesh.shape))
         };
         let leaf_shape = |leaf: &Leaf| match leaf.field {
-            Field::Datum(k) => data_shape(k).unwrap_or(Shape::Lagrange(1)),
+            Field::Datum(k) => data_shape(k).unwrap_or(Shape::nodal(mesh.shape, 1)),
             Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
-                Shape::of(problem.unknowns[k].space.element)
+                Shape::of(problem.unknowns[k].space.element, mesh.shape)
             }
         };
+        let is_curved = mesh.shape == Cells::Cubes;
         let varies = |node: Node| match node {
             Node::Coordinate(_) => true,
+            Node::Normal(..) => is_curved,
+            Node::Leaf(_) if is_curved => true,
             Node::Leaf(leaf) => order(derivative(&leaf, dim), dim) < leaf_shape(&leaf).degree(),
             _ => false,
         };
@@ -291,6 +297,7 @@ impl Work {
             vector,
             matrix,
             has_second,
+            is_curved,
         };
         work.place(
             mesh,
@@ -314,20 +321,24 @@ impl Work {
     }
 
     /// Finds the cells of entities, and tabulates the basis functions at the points of each placement.
-    fn place(&mut self, mesh: &Triangulation, entities: &[u32], points: &[Vec<f64>]) {
+    fn place(&mut self, mesh: &Grid, entities: &[u32], points: &[Vec<f64>]) {
         let dim = mesh.dim;
         let mut known: BTreeMap<[u8; 4], u16> = BTreeMap::new();
         let (placements, shapes) = (&mut self.placements, &self.shapes);
         let mut place = |vertices: [u8; 4], facet: usize| {
             *known.entry(vertices).or_insert_with(|| {
                 let at = |point: &Vec<f64>| {
-                    let mut lambda = [0.0; 4];
+                    let mut at = [0.0; 4];
                     for (value, vertex) in point.iter().zip(vertices) {
-                        if vertex < 4 {
-                            lambda[usize::from(vertex)] = *value;
+                        if vertex == u8::MAX {
+                            continue;
                         }
+                        let corner = mesh.shape.corner(vertex.into());
+                        at.iter_mut()
+                            .zip(corner)
+                            .for_each(|(at, c)| *at += value * c);
                     }
-                    lambda
+                    at
                 };
                 let points: Vec<[f64; 4]> = points.iter().map(at).collect();
                 let tables = shapes
@@ -346,7 +357,7 @@ impl Work {
             .iter()
             .map(|entity| {
                 if self.domain == Domain::Cells {
-                    let at = place([0, 1, 2, 3], 0);
+                    let at = place(mesh.shape.frame(), 0);
                     return Entity {
                         cells: [*entity; 2],
                         places: [at; 2],
@@ -360,7 +371,7 @@ impl Work {
                 let places = cells.map(|cell| {
                     let cell = cell as usize;
                     let mut vertices = [u8::MAX; 4];
-                    for (place, vertex) in vertices.iter_mut().zip(mesh.face(face)) {
+                    for (place, vertex) in vertices.iter_mut().zip(mesh.face(face)).take(dim) {
                         let local = mesh.cell(cell).iter().position(|v| v == vertex);
                         *place = local.unwrap_or(0) as u8;
                     }
@@ -409,12 +420,7 @@ fn nodal(problem: &Problem, datum: usize, shape: Shape) -> Nodal {
 }
 
 /// The cells or facets of a measure, ascending.
-fn facets_or_cells(
-    problem: &Problem,
-    mesh: &Triangulation,
-    source: &Mesh,
-    integral: &Integral,
-) -> Vec<u32> {
+fn facets_or_cells(problem: &Problem, mesh: &Grid, source: &Mesh, integral: &Integral) -> Vec<u32> {
     let measure = &integral.measure;
     if measure.groups.is_empty() {
         let faces = 0..mesh.face_count() as u32;
@@ -427,11 +433,7 @@ fn facets_or_cells(
     let of_groups = measure.groups.iter();
     let mut all: Vec<u32> = match measure.domain {
         Domain::Cells => {
-            let kind = if mesh.dim == 2 {
-                CellKind::Triangle
-            } else {
-                CellKind::Tetrahedron
-            };
+            let [kind, _] = mesh.shape.kinds(mesh.dim);
             let numbers: Vec<u32> = source.cells_of(kind).map(|(cell, ..)| cell).collect();
             let cells = of_groups.flat_map(|k| source.groups[*k].cells.iter());
             cells
@@ -448,7 +450,7 @@ fn facets_or_cells(
 }
 
 /// The facets of a group, ascending.
-pub fn facets(problem: &Problem, mesh: &Triangulation, source: &Mesh, group: usize) -> Vec<u32> {
+pub fn facets(problem: &Problem, mesh: &Grid, source: &Mesh, group: usize) -> Vec<u32> {
     if problem.groups[group].dim + 1 != mesh.dim {
         return Vec::new();
     }
@@ -456,11 +458,7 @@ pub fn facets(problem: &Problem, mesh: &Triangulation, source: &Mesh, group: usi
         .cells
         .iter()
         .filter_map(|cell| source.cell(*cell));
-    let found = cells.filter_map(|(_, nodes)| {
-        let mut nodes = nodes.to_vec();
-        nodes.sort_unstable();
-        Some(mesh.find_face(&nodes)? as u32)
-    });
+    let found = cells.filter_map(|(_, nodes)| Some(mesh.find_face(nodes)? as u32));
     let mut all: Vec<u32> = found.collect();
     all.sort_unstable();
     all.dedup();

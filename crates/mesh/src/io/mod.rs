@@ -56,6 +56,7 @@ pub use recognise::recognise;
 pub use results::{of_content, read_results};
 pub use series::{Series, survey};
 pub use vtu::lattice::reference_nodes;
+pub use vtu::vtk_nodes;
 
 use crate::cancel;
 use crate::error::{Error, Result};

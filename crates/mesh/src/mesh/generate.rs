@@ -199,6 +199,73 @@ fn build<E: Send>(
     })
 }
 
+/// The mesh of a rectangle or box of n^d quadrangles or hexahedra, numbered with the first coordinate running fastest. Groups are as in
+/// [`union_mesh`].
+///
+/// # Errors
+/// A mesh that memory cannot hold; an interruption.
+pub fn lattice_mesh(n: usize, cuboid: &Cuboid) -> Result<Mesh> {
+    let dim = cuboid.dim;
+    let count = (n as f64).powi(dim as i32);
+    memory::require(BYTES * count, &format!("a mesh of {count} cells"))?;
+    cancel::check()?;
+    let row = n + 1;
+    let point = |v| {
+        let lattice = digits(v, row, dim);
+        let at = |k: usize| cuboid.origin[k] + cuboid.size[k] * (lattice[k] as f64 / n as f64);
+        std::array::from_fn(|k| if k < dim { at(k) } else { 0.0 })
+    };
+    let points: Vec<[f64; 3]> = parallel::collect(row.pow(dim as u32), point);
+    let number = |at: [usize; 3]| at.iter().rev().fold(0, |sum, k| sum * row + k) as u32;
+    // The corners of a square or cube in turn: the bottom, then the top.
+    const TURN: [[usize; 2]; 4] = [[0, 0], [1, 0], [1, 1], [0, 1]];
+    let mut cells = Vec::with_capacity(n.pow(dim as u32) << dim);
+    for index in 0..n.pow(dim as u32) {
+        let at = digits(index, n, dim);
+        for up in 0..dim - 1 {
+            cells.extend(TURN.map(|[a, b]| number([at[0] + a, at[1] + b, at[2] + up])));
+        }
+    }
+    let mut faces = Vec::new();
+    let mut counts = Vec::new();
+    for side in 0..2 * dim {
+        let (axis, is_upper) = place(side, dim);
+        // Outwards is to the right of an edge, and from where the corners of a face run to the left.
+        let is_turned = is_upper == (axis == 1);
+        let along: Vec<usize> = (0..dim).filter(|k| *k != axis).collect();
+        for index in 0..n.pow(dim as u32 - 1) {
+            let from = digits(index, n, dim - 1);
+            let corner = |[a, b]: [usize; 2]| {
+                let mut at = [0; 3];
+                at[axis] = if is_upper { n } else { 0 };
+                let steps = along.iter().zip(from).zip([a, b]);
+                steps.for_each(|((axis, from), step)| at[*axis] = from + step);
+                number(at)
+            };
+            let start = faces.len();
+            faces.extend(TURN.into_iter().take(2 * (dim - 1)).map(corner));
+            if is_turned {
+                faces[start..].reverse();
+            }
+        }
+        counts.push(n.pow(dim as u32 - 1));
+    }
+    let kinds = match dim {
+        2 => [CellKind::Line, CellKind::Quadrangle],
+        _ => [CellKind::Quadrangle, CellKind::Hexahedron],
+    };
+    let [face_kind, cell_kind] = kinds;
+    Ok(Mesh {
+        points: points.into(),
+        groups: groups(n, cuboid, &counts),
+        blocks: vec![
+            CellBlock::new(face_kind, faces),
+            CellBlock::new(cell_kind, cells),
+        ],
+        ..Mesh::default()
+    })
+}
+
 /// Lattice coordinates of the `index`th of `base`^dim places, the first coordinate running fastest.
 fn digits(index: usize, base: usize, dim: usize) -> [usize; 3] {
     let mut rest = index;
@@ -351,6 +418,53 @@ mod tests {
                 assert!((area - whole).abs() < 1e-12, "{:?}", group.name);
             }
             Triangulation::new("box", &mesh).unwrap();
+        }
+    }
+
+    /// The cells of a lattice fill the box, and its faces look outwards and fill the sides.
+    #[test]
+    fn lattices_fill_the_box() {
+        for dim in [2, 3] {
+            let cuboid = match dim {
+                2 => Cuboid::new([-1.0, 2.0], [3.0, 1.0]),
+                _ => Cuboid::new([-1.0, 2.0, 0.5], [3.0, 1.0, 2.0]),
+            };
+            let mesh = lattice_mesh(3, &cuboid).unwrap();
+            assert_eq!(mesh.validate(), Ok(()));
+            assert_eq!(mesh.groups.len(), 2 * dim);
+            let at = |v: u32| Vector3::from(mesh.points[v as usize]);
+            for group in &mesh.groups {
+                let (axis, upper) = place(group.tag as usize - 1, dim);
+                let level = cuboid.origin[axis] + if upper { cuboid.size[axis] } else { 0.0 };
+                let mut size = 0.0;
+                for &cell in &group.cells {
+                    let (_, nodes) = mesh.cell(cell).unwrap();
+                    assert!(nodes.iter().all(|v| (at(*v)[axis] - level).abs() < 1e-12));
+                    let first = at(nodes[1]) - at(nodes[0]);
+                    let normal = match dim {
+                        2 => Vector3::new(first.y, -first.x, 0.0),
+                        _ => first.cross(&(at(nodes[3]) - at(nodes[0]))),
+                    };
+                    assert_eq!(normal[axis] > 0.0, upper, "{:?}", group.name);
+                    size += normal.norm();
+                }
+                let others = (0..dim).filter(|a| *a != axis);
+                let whole: f64 = others.map(|a| cuboid.size[a]).product();
+                assert!((size - whole).abs() < 1e-12, "{:?}", group.name);
+            }
+            let volume = |nodes: &[u32]| match nodes {
+                [a, b, _, d] => (at(*b) - at(*a)).cross(&(at(*d) - at(*a))).z,
+                [a, b, _, d, e, ..] => {
+                    let up = at(*e) - at(*a);
+                    (at(*b) - at(*a)).cross(&(at(*d) - at(*a))).dot(&up)
+                }
+                _ => f64::NAN,
+            };
+            let cells = mesh.blocks[1].cells();
+            let found: Vec<f64> = cells.map(volume).collect();
+            assert!(found.iter().all(|v| *v > 0.0));
+            let whole: f64 = cuboid.size[..dim].iter().product();
+            assert!((found.iter().sum::<f64>() - whole).abs() < 1e-12);
         }
     }
 

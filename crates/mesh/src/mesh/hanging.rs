@@ -20,7 +20,7 @@ const FEW: usize = 8;
 ///
 /// # Errors
 /// [`crate::Error::Ended`].
-pub(super) fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Result<Vec<(u32, usize)>> {
+pub fn hanging_nodes(points: &[[f64; 3]], faces: &[&[u32]]) -> Result<Vec<(u32, usize)>> {
     let place = |point: u32| Vector3::from(points[point as usize]);
     let mut corners: Vec<u32> = faces.iter().flat_map(|face| face.iter().copied()).collect();
     corners.sort_unstable();

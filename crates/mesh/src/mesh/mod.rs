@@ -22,7 +22,7 @@ mod validate;
 pub use array::Array;
 pub use data::{Field, Support, Values};
 pub use geometry::{CellPartitions, Entity, Geometry, Partitions, Periodic, PointRun};
-pub use hanging::carriers;
+pub use hanging::{carriers, hanging_nodes};
 pub use kind::{CellKind, OtherKind, Shape, VtkKind};
 pub use labels::CellGroups;
 pub use polyhedra::Polyhedra;

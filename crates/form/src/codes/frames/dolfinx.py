@@ -6,7 +6,6 @@
 V{{ ".sub(" ~ unknown ~ ")" if unknowns|length > 1 }}
 {{- ".sub(" ~ component ~ ")" if component is not none and unknowns[unknown].size is not none }}
 {%- endmacro %}
-{% set cell = "triangle" if dim == 2 else "tetrahedron" %}
 {% set total = unknowns[0].name if unknowns|length == 1 else "w" %}
 {% set imports = ["logging"] %}
 {% include "head.py" %}
@@ -31,17 +30,26 @@ logging.getLogger("UFL").setLevel(logging.ERROR)  # it warns of arrays, as the p
 
 {% include "read.py" %}
 
+{% if cell.is_cube %}
+{% if dim == 3 %}
+# dolfinx counts corners along x, then y, then z.
+cells, facets = cells[:, {{ cell.order }}], facets[:, [0, 1, 3, 2]]
+{% else %}
+cells = cells[:, {{ cell.order }}]  # dolfinx counts corners along x, then y
+{% endif %}
+{% endif %}
+
 old = not hasattr(fem, "functionspace")  # before 0.7
 
 
 def element(family, degree, size=None):
     variant = basix.LagrangeVariant.equispaced if degree > 2 else basix.LagrangeVariant.unset  # nodes of P3 at thirds
     if old and degree > 2:
-        scalar = basix.ufl_wrapper.create_element("P", "{{ cell }}", degree, variant)
+        scalar = basix.ufl_wrapper.create_element("P", "{{ cell.name }}", degree, variant)
     elif old:
-        scalar = ufl.FiniteElement(family, "{{ cell }}", degree)
+        scalar = ufl.FiniteElement(family, "{{ cell.name }}", degree)
     else:
-        return basix.ufl.element(family, "{{ cell }}", degree, variant, shape=None if size is None else (size,))
+        return basix.ufl.element(family, "{{ cell.name }}", degree, variant, shape=None if size is None else (size,))
     return scalar if size is None else ufl.VectorElement(scalar, dim=size)
 
 

@@ -1,4 +1,5 @@
 {% from "newton.py" import newton %}
+{% set family = "QK" if cell.is_cube else "PK" %}
 {% include "head.py" %}
 import getfem as gf
 
@@ -7,7 +8,13 @@ import getfem as gf
 
 gf.util_trace_level(0)
 gf.util_warning_level(0)
+{% if not cell.is_cube %}
 mesh = gf.Mesh("ptND", points.T, cells.T)
+{% else %}
+mesh = gf.Mesh("empty", {{ dim }})
+cells = cells[:, {{ cell.order }}]  # GetFEM counts corners along the axes in turn
+mesh.add_convex(gf.GeoTrans("GT_QK({{ dim }},1)"), points[cells].transpose(2, 1, 0))
+{% endif %}
 
 
 def space(element, size=1):
@@ -16,9 +23,15 @@ def space(element, size=1):
     return found
 
 
+{% if cell.is_cube %}
+own = mesh.pid_from_cvid(0)[0].tolist()
+local = [[own.index(i) for i in mesh.pid_in_faces([[0], [side]])] for side in range({{ cell.facets }})]  # corners of the facets of a cell
+faces = np.sort(cells[:, local], axis=2)
+{% else %}
 # Facet i of a cell lies opposite its vertex i.
 faces = np.sort(np.stack([np.delete(cells, i, axis=1) for i in range({{ dim + 1 }})], axis=1), axis=2)
-sides = {tuple(face): divmod(i, {{ dim + 1 }}) for i, face in enumerate(faces.reshape(-1, {{ dim }}).tolist())}
+{% endif %}
+sides = {tuple(face): divmod(i, {{ cell.facets }}) for i, face in enumerate(faces.reshape(-1, faces.shape[2]).tolist())}
 on = np.array([sides[tuple(sorted(vertices))] for vertices in facets.tolist()])
 {% for group in groups %}
 {% if group.less == 0 %}
@@ -41,7 +54,7 @@ model.add_initialized_data("{{ parameter.name }}", {{ parameter.name }})
 {% if has_diameter %}
 corners = points[cells]
 longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
-model.add_initialized_fem_data("h", space("FEM_PK({{ dim }},0)"), longest)  # the longest edge of each cell
+model.add_initialized_fem_data("h", space("FEM_{{ family }}({{ dim }},0)"), longest)  # the longest edge of each cell
 {% endif %}
 {% for datum in data %}
 {% for part in datum.parts %}
@@ -171,9 +184,9 @@ for number in range(1, {{ time.steps + 1 }}):
 {%- endif %}
 
 # The values at the nodes of VTK's cells.
-output = space("FEM_PK_DISCONTINUOUS({{ dim }},{{ output.degree }})")
+output = space("FEM_{{ family }}_DISCONTINUOUS({{ dim }},{{ output.degree }})")
 nodes = np.array([{% for node in output.nodes %}[{{ node[1:]|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}])
-own = gf.Fem("FEM_PK_DISCONTINUOUS({{ dim }},{{ output.degree }})").pts().T
+own = gf.Fem("FEM_{{ family }}_DISCONTINUOUS({{ dim }},{{ output.degree }})").pts().T
 order = np.linalg.norm(nodes[:, None] - own, axis=2).argmin(axis=1)
 dofs = output.basic_dof_from_cvid()[0].reshape(len(cells), -1)[:, order]
 at = np.pad(output.basic_dof_nodes().T[dofs], ((0, 0), (0, 0), (0, {{ 3 - dim }})))

@@ -26,7 +26,7 @@ dx(skeleton=True, {% if names %}definedonelements=between("{{ names|replace("|",
 ).Compile()*{{ over(integral) }}
 {% endif %}
 {% endmacro %}
-{% set cell = "TRIG" if dim == 2 else "TET" %}
+{% set kinds = {"triangle": ["TRIG", "SEGM"], "tetrahedron": ["TET", "TRIG"], "quadrilateral": ["QUAD", "SEGM"], "hexahedron": ["HEX", "QUAD"]}[cell.name] %}
 {% set by_hand = integrals|selectattr("by_hand")|list %}
 {% set interior = integrals|selectattr("kind", "eq", "dS")|list %}
 {% set jumps = ", dgjumps=True" if interior else "" %}
@@ -34,7 +34,7 @@ dx(skeleton=True, {% if names %}definedonelements=between("{{ names|replace("|",
 import netgen.meshing as netgen
 import ngsolve
 from ngsolve import (
-    BND, CF, SEGM, TET, TRIG, VOL, IfPos, acos, asin, atan, atan2, cos, cosh, curl, div, ds, dx, exp, grad, log, sin, sinh, specialcf, sqrt, tan, x, y, z
+    BND, CF, HEX, QUAD, SEGM, TET, TRIG, VOL, IfPos, acos, asin, atan, atan2, cos, cosh, curl, div, ds, dx, exp, grad, log, sin, sinh, specialcf, sqrt, tan, x, y, z
 )
 
 {% include "read.py" %}
@@ -71,13 +71,13 @@ mesh = ngsolve.Mesh(grid)
 
 # The quadrature points are given explicitly, so that all codes use the same.
 {% for rule in rules %}
-{{ ["rule", "facet_rule"][loop.index0] }} = { {{- cell if loop.first else "SEGM" if dim == 2 else "TRIG" }}: ngsolve.IntegrationRule({{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }})}
+{{ ["rule", "facet_rule"][loop.index0] }} = { {{- kinds[loop.index0] }}: ngsolve.IntegrationRule({{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }})}
 {% endfor %}
 n = specialcf.normal({{ dim }})
 {% if has_diameter %}
 h = ngsolve.GridFunction(ngsolve.L2(mesh, order=0))  # the longest edge of each cell
 h.vec.FV().NumPy()[:] = np.max(
-    [np.linalg.norm(points[cells[:, i]] - points[cells[:, j]], axis=1) for i in range({{ dim + 1 }}) for j in range(i)], axis=0
+    [np.linalg.norm(points[cells[:, i]] - points[cells[:, j]], axis=1) for i in range(cells.shape[1]) for j in range(i)], axis=0
 )
 {% endif %}
 
@@ -237,9 +237,9 @@ for number in range(1, {{ time.steps + 1 }}):
 {%- endif %}
 
 # The values at the nodes of VTK's cells.
-{# Reference coordinates belong to the first vertices; the last one is the origin. #}
-nodes = ngsolve.IntegrationRule([{% for node in output.nodes %}[{{ node[:dim]|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}], [1.0]*{{ output.nodes|length }})
-mapped = mesh.MapToAllElements({ {{- cell }}: nodes}, VOL)
+{# Reference coordinates of simplices belong to the first vertices; the last one is the origin. #}
+nodes = ngsolve.IntegrationRule([{% for node in output.nodes %}[{{ (node[1:] if cell.is_cube else node[:dim])|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}], [1.0]*{{ output.nodes|length }})
+mapped = mesh.MapToAllElements({ {{- kinds[0] }}: nodes}, VOL)
 
 
 def values(function):

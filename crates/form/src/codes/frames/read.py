@@ -20,7 +20,7 @@ def read_msh(path):
         vertices = [[number[i] for i in row[3 + int(row[2]) :]] for row in found]
         return np.array(vertices, np.int64), np.array([int(row[3]) for row in found], np.int32)
 
-    return points, *map(elements, {{ '("2", "1")' if dim == 2 else '("4", "2")' }})
+    return points, *map(elements, ("{{ cell.kinds|join('", "') }}"))
 
 
 points, (cells, regions), (facets, labels) = read_msh(reads)

@@ -13,7 +13,8 @@
 dict(zip([name + mark for name in ("{{ names|join('", "') }}")], basis.interpolate({{ dofs }})))
 {%- endif %}
 {% endmacro %}
-{% set cell = "Tri" if dim == 2 else "Tet" %}
+{% set kind = {"triangle": "Tri", "tetrahedron": "Tet", "quadrilateral": "Quad", "hexahedron": "Hex"}[cell.name] %}
+{% set corners = "cells[:, [6, 2, 5, 7, 1, 3, 4, 0]]" if kind == "Hex" else "cells" %}
 {% set point = axes|join(", ") %}
 {% set tests = unknowns|map(attribute="test")|join(", ") %}
 {% set increments = unknowns|map(attribute="increment")|join(", ") %}
@@ -47,7 +48,7 @@ def bent(kind):
 
 
 {% endif %}
-mesh = skfem.Mesh{{ cell }}(points.T.copy(), cells.T.copy())
+mesh = skfem.Mesh{{ kind }}(points.T.copy(), {{ corners }}.T.copy()){{ "  # its corners have an order of their own" if kind == "Hex" }}
 element = {{ unknowns|map(attribute="element")|join(" * ") }}
 
 # The quadrature points are given explicitly, so that all codes use the same.
@@ -56,7 +57,7 @@ facet_rule = np.array({{ rows(rules[1].points, 2) }}).T, np.array({{ rows(rules[
 
 number = {tuple(vertices): i for i, vertices in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}
 boundary = np.array([number[tuple(sorted(vertices))] for vertices in facets.tolist()])
-diameter = np.max([np.linalg.norm(mesh.p[:, mesh.t[i]] - mesh.p[:, mesh.t[j]], axis=0) for i in range({{ dim + 1 }}) for j in range(i)], axis=0)
+diameter = np.max([np.linalg.norm(mesh.p[:, mesh.t[i]] - mesh.p[:, mesh.t[j]], axis=0) for i in range(len(mesh.t)) for j in range(i)], axis=0)
 {% for datum in data %}
 {% for part in datum.parts %}
 
@@ -132,7 +133,7 @@ def given(basis, mark=""):
     all.update({{ interpolated_from(unknowns|map(attribute="old")|list, "before") }})
 {% endif %}
 {% for each in interpolated %}
-    own = of_element(basis, skfem.Element{{ cell }}P{{ each.degree }}(), mark)
+    own = of_element(basis, skfem.Element{{ kind }}{{ "" if cell.is_cube else "P" }}{{ each.degree }}(), mark)
     all["{{ each.name }}" + mark] = own.interpolate({{ each.name }}(*own.doflocs))
 {% endfor %}
     return {**all, "h" + mark: of_cells[:, None] + 0*basis.dx}

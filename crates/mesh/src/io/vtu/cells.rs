@@ -1,6 +1,6 @@
 //! VTK's cell types, and the order of their nodes against Gmsh's.
 
-use super::lattice::{Order, places};
+use super::lattice::{Order, places, reference_nodes};
 use crate::io::sides::usual_order;
 use crate::mesh::{CellKind, Shape};
 
@@ -51,6 +51,17 @@ pub(crate) fn vtk_type(kind: CellKind) -> Option<u8> {
         }
         _ => CLASSICAL.iter().find(|(_, known)| *known == kind)?.0,
     })
+}
+
+/// VTK's number of a complete element, and its nodes in VTK's order, in coordinates of the unit cell; `None` where VTK or
+/// [`reference_nodes`] has none.
+pub fn vtk_nodes(kind: CellKind) -> Option<(u8, Vec<[f64; 3]>)> {
+    let nodes = reference_nodes(kind)?;
+    let nodes = match order(kind) {
+        Some(places) => places.into_iter().map(|place| nodes[place]).collect(),
+        None => nodes,
+    };
+    Some((vtk_type(kind)?, nodes))
 }
 
 /// The cell of order 1 or 2 of this number of VTK's.

@@ -27,6 +27,7 @@ pub(crate) mod unpack;
 pub(crate) mod write;
 pub(crate) mod xml;
 
+pub use cells::vtk_nodes;
 pub use write::write;
 
 use crate::error::{Error, Place, Result};
