@@ -8,6 +8,7 @@ mod codes;
 mod common;
 mod companions;
 mod compare;
+mod cubes;
 mod docs;
 mod ending;
 mod engines;

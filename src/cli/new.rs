@@ -56,14 +56,15 @@ macro_rules! gallery {
 
 /// The weak forms of `examples/forms`.
 const FORMS: &[(&str, &str)] = gallery!(
-    "allen-cahn" "biharmonic" "brinkman" "cantilever" "chouly-hild" "convection" "curl-curl" "curl-curl-3d" "darcy" "elasticity"
-    "interior-penalty" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress" "poisson"
+    "allen-cahn" "biharmonic" "block" "brinkman" "cantilever" "chouly-hild" "convection" "curl-curl" "curl-curl-3d" "darcy" "elasticity"
+    "interior-penalty" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress" "poisson" "ring"
     "signorini" "stokes" "stokes-closed" "stokes-cr" "supg");
 
 /// The files that a form names: a mesh from Gmsh, with its geometry.
 fn named(form: &str) -> &'static [Part] {
     match form {
         "cantilever" => template!("forms": "beam.geo" "beam.msh"),
+        "ring" => template!("forms": "ring.geo" "ring.msh"),
         _ => &[],
     }
 }

@@ -1,6 +1,6 @@
 //! `faceoff write`: a form as a script of one code, to run by hand and to keep.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::DONE;
 use super::args::Write;
@@ -18,8 +18,9 @@ pub(super) fn run(arguments: &Write) -> Result<u8> {
         Error::usage(what, "`faceoff write --help` lists the codes")
     })?;
     let form = FormFile::read(&arguments.form, arguments.n.map(|n| n as usize))?;
+    let name = code.mesh_file(&form.problem, form.mesh_file.as_deref());
     let script = code
-        .script(&form.problem)
+        .script_reading(&form.problem, &name)
         .map_err(|what| Error::engine(code.name, what, "take another space or code"))?;
     let Some(out) = &arguments.out else {
         output(format_args!("{script}"));
@@ -33,7 +34,8 @@ pub(super) fn run(arguments: &Write) -> Result<u8> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let (mesh, bytes) = mesh(code, &form, folder)?;
+    let mesh = folder.join(name);
+    let bytes = mesh_bytes(code, &form, &mesh)?;
     save(&mesh, [bytes.as_slice()])?;
     save(&path, [script.as_bytes()])?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -47,13 +49,12 @@ pub(super) fn run(arguments: &Write) -> Result<u8> {
     Ok(DONE)
 }
 
-/// The mesh that the script reads, and where it is to be: never instead of another file.
-fn mesh(code: &Code, form: &FormFile, folder: &Path) -> Result<(PathBuf, Vec<u8>)> {
+/// The mesh that the script reads, which never replaces another file at its place.
+fn mesh_bytes(code: &Code, form: &FormFile, path: &Path) -> Result<Vec<u8>> {
     let beside = Temporary::new()?;
     let written = code.write_mesh(beside.path(), &form.problem, &form.mesh)?;
     let bytes = file::read(&written)?;
-    let path = folder.join(written.file_name().unwrap_or_default());
-    if path.exists() && file::read(&path)? != bytes {
+    if path.exists() && file::read(path)? != bytes {
         let what = format!(
             "{} is another mesh than the script is to read",
             path.display()
@@ -63,5 +64,5 @@ fn mesh(code: &Code, form: &FormFile, folder: &Path) -> Result<(PathBuf, Vec<u8>
             "move it, or write the script into another folder",
         ));
     }
-    Ok((path, bytes))
+    Ok(bytes)
 }

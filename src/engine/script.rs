@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
@@ -93,7 +93,7 @@ pub struct Written {
     name: String,
     series: RefCell<Series>,
     /// The number of the time that was read last, so that those who ask in turn share it.
-    last: RefCell<Option<(usize, Rc<Results>)>>,
+    last: RefCell<Option<(usize, Arc<Results>)>>,
 }
 
 impl Written {
@@ -114,7 +114,7 @@ impl Written {
     ///
     /// # Errors
     /// A file that cannot be read.
-    pub fn at(&self, k: usize) -> Result<Rc<Results>> {
+    pub fn at(&self, k: usize) -> Result<Arc<Results>> {
         if let Some((read, results)) = &*self.last.borrow()
             && *read == k
         {
@@ -123,7 +123,7 @@ impl Written {
         let python = super::meshio_python();
         let mut results = self.series.borrow_mut().read(k, python.as_deref())?;
         results.source.clone_from(&self.name);
-        let results = Rc::new(results);
+        let results = Arc::new(results);
         *self.last.borrow_mut() = Some((k, results.clone()));
         Ok(results)
     }

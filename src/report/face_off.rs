@@ -13,7 +13,7 @@ use crate::campaigns::face_off::{
 };
 use crate::run::convergence::Found;
 use crate::run::{Judged, Label, Same};
-use crate::text::number::{number, size};
+use crate::text::number::{number, size, whole};
 use crate::text::{Number, Text, text};
 use crate::why::InForm;
 use faceoff_judge::{Norms, On, Verdict};
@@ -74,6 +74,12 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         next: next(of),
         rest,
     };
+    if of.at_once > 1 && of.runs.iter().any(|run| run.seconds.is_some()) {
+        report.notes.push(text!(
+            "Up to {} codes ran at the same time, so that each may have taken longer than it does by itself.",
+            whole(of.at_once)
+        ));
+    }
     report.notes.extend(of.shown.as_ref().map(|(shown, _)| {
         let (a, b) = (&shown.a, &shown.b);
         text!("On the map a is `{a}` and b is `{b}`.")

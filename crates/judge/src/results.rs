@@ -112,7 +112,7 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
             let what = "one of them has no cells on which a field is a function".to_owned();
             return Err(refuse(
                 what,
-                "give results on triangles, quadrangles or tetrahedra",
+                "give results on triangles, quadrangles, tetrahedra or hexahedra",
             ));
         }
         return as_functions(a, b, near, settings, None);

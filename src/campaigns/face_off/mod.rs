@@ -1,5 +1,6 @@
 //! Any problem: codes of one's own on one mesh or on their own, field by field and number by number.
 
+mod at_once;
 mod cause;
 mod diagnosis;
 mod fields;
@@ -58,6 +59,8 @@ pub struct FaceOffOutcome {
     pub verdict: Verdict,
     /// Each code on each level.
     pub runs: Vec<RunOf>,
+    /// How many codes ran at the same time, so that their times depend on each other.
+    pub at_once: usize,
     /// Codes that were left out, as the user allowed it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<Failure>,
@@ -219,6 +222,7 @@ struct Rung {
 pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<FaceOffOutcome> {
     let players = players(of, how)?;
     let levels = of.levels();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let mut runs = Vec::new();
     let mut rungs = Vec::with_capacity(levels.len());
     let all = levels.len() * players.len();
@@ -226,31 +230,32 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         let mesh = of.mesh(level.n)?;
         let problem = of.problem(&level, mesh.as_ref());
         let parameters = level.parameters(&of.parameters);
-        let mut left = Vec::with_capacity(players.len());
-        for player in &players {
-            let name = &player.name;
-            let label = name.clone() + &level.label.at();
-            progress.next(&label, runs.len() as f64 / all as f64);
-            let task = Task {
-                mesh: mesh.as_ref(),
-                n: level.n,
-                parameters: &parameters,
-            };
-            let found = match player.record {
+        let task = Task {
+            mesh: mesh.as_ref(),
+            n: level.n,
+            parameters: &parameters,
+        };
+        let done = runs.len();
+        let found = at_once::at_once(&players, cores, |k, player| {
+            let label = player.name.clone() + &level.label.at();
+            progress.next(&label, (done + k) as f64 / all as f64);
+            let mut found = match player.record {
                 Some(record) => record.left(player.code, &level, &problem),
                 None => answer(of, player.code, &task, (&level, &problem), how)?,
             };
-            let found = match found {
-                Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
-                other => other,
-            };
-            let mut found = found;
+            if let Err(Error::Ended(cause)) = found {
+                return Err(Error::Ended(cause));
+            }
             if let Ok(left) = &mut found {
                 of.integrate(player.code, mesh.as_ref(), &parameters, left);
             }
+            Ok(found)
+        })?;
+        let mut left = Vec::with_capacity(players.len());
+        for (player, found) in players.iter().zip(found) {
             let seconds = found.as_ref().ok().map(|left| left.seconds);
             runs.push(RunOf {
-                code: name.clone(),
+                code: player.name.clone(),
                 n: level.n,
                 level: level.label.clone(),
                 seconds: seconds.filter(|_| player.record.is_none()),
@@ -290,6 +295,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         about: of.about.clone(),
         verdict: Verdict::of_all(verdicts),
         runs,
+        at_once: at_once::most(&players, cores),
         missing: Vec::new(),
         in_form: in_form::judge(of, &players, &rungs, &fields)?,
         fields,

@@ -12,11 +12,11 @@ use crate::grid::Cells;
 use crate::problem::{Bilinear, Domain, Element, Held, Integral, Problem, Space, Unknown};
 use crate::scalar::{Field, Id};
 
-/// The fields of a problem.
+/// The fields of a problem; `mesh` is the file that the script reads.
 ///
 /// # Errors
 /// What the code lacks.
-pub fn fields(of: &mut Speaker<'_>) -> Result<Value, String> {
+pub fn fields(of: &mut Speaker<'_>, mesh: &str) -> Result<Value, String> {
     let rules = rules(of)?;
     let functions = all(of.problem.blocks(), |(k, c)| function(of, k, c))?;
     let unknowns = all(0..of.problem.unknowns.len(), |k| unknown(of, k))?;
@@ -45,6 +45,7 @@ pub fn fields(of: &mut Speaker<'_>) -> Result<Value, String> {
     Ok(context! {
         name => problem.name.as_str(),
         file => of.code.file(problem),
+        mesh,
         dim => problem.dim,
         cell => cell(problem),
         // Names of the coordinates.

@@ -52,14 +52,38 @@ impl Code {
         format!("{}{}", problem.name, self.suffix)
     }
 
+    /// The file name of the mesh that its script reads: `NAME.mesh` or `NAME.msh`, or with the code's name in it where that is a file of the user's.
+    pub fn mesh_file(&self, problem: &Problem, own: Option<&Path>) -> String {
+        let usual = format!("{}.{}", problem.name, self.mesh.1);
+        match own
+            .and_then(Path::file_name)
+            .is_some_and(|own| own == &*usual)
+        {
+            true => format!("{}-{}.{}", problem.name, self.name, self.mesh.1),
+            false => usual,
+        }
+    }
+
     /// The script. Run alone it reads the mesh `NAME.mesh` or `NAME.msh` beside it and writes a VTU file beside it, called like the script;
     /// two words behind it name other files.
     ///
     /// # Errors
     /// What the code lacks for this problem.
     pub fn script(&self, problem: &Problem) -> std::result::Result<String, String> {
+        self.script_reading(problem, &self.mesh_file(problem, None))
+    }
+
+    /// The script that, run alone, reads a mesh of this name.
+    ///
+    /// # Errors
+    /// As [`Code::script`].
+    pub fn script_reading(
+        &self,
+        problem: &Problem,
+        mesh: &str,
+    ) -> std::result::Result<String, String> {
         (self.lacks)(problem)?;
-        let fields = fields::fields(&mut Speaker::new(self, problem))?;
+        let fields = fields::fields(&mut Speaker::new(self, problem), mesh)?;
         let mut script = frame::fill(self.name, fields)?;
         // Between parts are at most two empty lines.
         while script.contains("\n\n\n\n") {

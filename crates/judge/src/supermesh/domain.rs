@@ -36,8 +36,8 @@ pub(super) struct Domain<'a> {
     pub side: &'a Results,
     pub dim: usize,
     pub elements: Vec<Element>,
-    /// That of the coordinates of quadrangles with straight sides.
-    pub bilinear: Option<Element>,
+    /// That of the coordinates of quadrangles and hexahedra with straight edges.
+    pub multilinear: Option<Element>,
     /// The element of each cell of the file.
     of_cell: Vec<u8>,
     pub geometries: Vec<Geometry>,
@@ -95,14 +95,18 @@ impl<'a> Domain<'a> {
         };
         let counted: usize = side.kinds.iter().map(|(_, count)| count).sum();
         if !(2..=3).contains(&dim) || counted != side.cell_count() || side.points.is_empty() {
-            let what = "it has no triangles, quadrangles or tetrahedra in known places".into();
+            let what =
+                "it has no triangles, quadrangles, tetrahedra or hexahedra in known places".into();
             return Err(refuse(what, "give results on a mesh"));
         }
         let mut domain = Domain {
             side,
             dim,
             elements: Vec::new(),
-            bilinear: Element::new(CellKind::Quadrangle),
+            multilinear: Element::new(match dim {
+                2 => CellKind::Quadrangle,
+                _ => CellKind::Hexahedron,
+            }),
             of_cell: Vec::with_capacity(side.cell_count()),
             geometries: vec![Geometry::Straight; side.cell_count()],
             first_corners: Vec::new(),
@@ -120,7 +124,7 @@ impl<'a> Domain<'a> {
                 _ if usize::from(kind.dim()) != dim || count == 0 => usize::from(OTHER),
                 Some(k) => k,
                 None => {
-                    let remedy = "give results on triangles, quadrangles or tetrahedra whose nodes are all there";
+                    let remedy = "give results on triangles, quadrangles, tetrahedra or hexahedra whose nodes are all there";
                     let what = || format!("functions on a {kind} are not known here");
                     let element = Element::new(kind).ok_or_else(|| refuse(what(), remedy))?;
                     let first = domain.of_cell.len() as u32;
@@ -132,7 +136,7 @@ impl<'a> Domain<'a> {
             let most = domain
                 .elements
                 .get(of)
-                .map_or(0, |e| e.order.pow(dim as u32) * 2);
+                .map_or(0, |e| e.order.pow(dim as u32) * most_pieces(e));
             pieces += (most * count) as f64;
             domain.of_cell.extend(std::iter::repeat_n(of as u8, count));
         }
@@ -186,16 +190,10 @@ impl<'a> Domain<'a> {
             self.nodes(cell, &origin).collect()
         };
         let first = places(cells.start);
-        let is_quadrangle = element.kind.shape() == Shape::Quadrangle;
         // The edges from the first corner, and what is normal to them in a plane.
         let mut edges = nalgebra::Matrix3::identity();
         for axis in 0..self.dim {
-            let corner = if is_quadrangle && axis == 1 {
-                3
-            } else {
-                axis + 1
-            };
-            edges.set_column(axis, &first[corner].into());
+            edges.set_column(axis, &first[element.corner(axis)].into());
         }
         let inverse = edges.try_inverse()?;
         let own = first
@@ -284,8 +282,9 @@ impl<'a> Domain<'a> {
         } else {
             1
         };
+        let is_hexahedron = element.kind.shape() == Shape::Hexahedron;
         let mut pieces = Vec::new();
-        if order == 1 {
+        if order == 1 && !is_hexahedron {
             let of = |corners: [usize; 4]| corners.map(|k| nodes.get(k).copied().unwrap_or(0));
             match (is_quadrangle, self.dim) {
                 (true, _) => pieces.extend([[0, 1, 2, 0], [0, 2, 3, 0]].map(of)),
@@ -293,9 +292,12 @@ impl<'a> Domain<'a> {
                 _ => pieces.push(of([0, 1, 2, 3])),
             }
         } else {
-            let (lattice, simplices) = lattice(order, self.dim, is_quadrangle);
+            let (lattice, simplices, steps) = match (is_hexahedron, geometry) {
+                (true, Geometry::Multilinear | Geometry::Curved) => around_centres(order),
+                _ => lattice(order, self.dim, element.is_product()),
+            };
             let first = self.points.len() as u32;
-            let at = |x: [usize; 3]| x.map(|k| k as f64 / order as f64);
+            let at = |x: [usize; 3]| x.map(|k| k as f64 / steps as f64);
             let new = lattice.into_iter().map(|x| {
                 let place = element.interpolate(&places, &at(x));
                 [0, 1, 2].map(|k| place[k] + origin[k])
@@ -303,7 +305,8 @@ impl<'a> Domain<'a> {
             let new: Vec<[f64; 3]> = new.collect();
             pieces.extend(simplices.into_iter().map(|s| s.map(|k| first + k)));
             self.points.to_mut().extend(new);
-            self.curved += 1;
+            // The faces of a hexahedron need not be plane.
+            self.curved += usize::from(geometry != Geometry::Straight);
         }
         let turned = |piece: &Piece| self.piece_measure(piece) < 0.0;
         let mut pieces: Vec<Piece> = pieces
@@ -318,7 +321,8 @@ impl<'a> Domain<'a> {
         }
         let backwards = pieces.iter().filter(|piece| turned(piece)).count();
         let is_folded = backwards != 0 && backwards != pieces.len();
-        if is_folded || geometry == Geometry::Multilinear && !is_convex(&places) {
+        let is_bent = geometry == Geometry::Multilinear && is_quadrangle;
+        if is_folded || is_bent && !is_convex(&places) {
             return Err("is folded");
         }
         if backwards > 0 {
@@ -402,12 +406,50 @@ impl<'a> Domain<'a> {
     }
 }
 
-/// The points of a reference cell in steps of 1/p, and the p^d simplices between them, twice as many in a quadrangle: those of
+/// The most pieces of a cell of order 1.
+fn most_pieces(element: &Element) -> usize {
+    match element.kind.shape() {
+        Shape::Hexahedron => 24,
+        _ => 2,
+    }
+}
+
+/// The points that divide a reference cell, in steps, the simplices between them, and the steps from 0 to 1.
+type Division = (Vec<[usize; 3]>, Vec<[u32; 4]>, usize);
+
+/// The p³ cubes of a cube, each divided into 24 tetrahedra between its centre, the centre of a face and an edge: neighbours divide the face
+/// between them in the same way, although it need not be plane.
+fn around_centres(p: usize) -> Division {
+    let (mut points, mut simplices) = (Vec::new(), Vec::new());
+    let cubes = (0..p).flat_map(|k| (0..p).flat_map(move |j| (0..p).map(move |i| [i, j, k])));
+    for cube in cubes {
+        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 2)]) {
+            let [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
+            let at = |x: usize, y: usize, z: usize| {
+                let mut at = cube.map(|k| 2 * k);
+                at[axis] += x;
+                at[b] += y;
+                at[c] += z;
+                at
+            };
+            let turn = [[0, 0], [2, 0], [2, 2], [0, 2]];
+            for k in 0..4 {
+                let [[y, z], [v, w]] = [turn[k], turn[(k + 1) % 4]];
+                let first = points.len() as u32;
+                points.extend([at(1, 1, 1), at(side, 1, 1), at(side, y, z), at(side, v, w)]);
+                let [i, j] = if side == 2 { [2, 3] } else { [3, 2] };
+                simplices.push([first, first + 1, first + i, first + j]);
+            }
+        }
+    }
+    (points, simplices, 2 * p)
+}
+
+/// The points of a reference cell in steps of 1/p, and the p^d simplices between them, d! times as many in a quadrangle or hexahedron: those of
 /// Kuhn's division of cubes, as far as they lie within x ≥ y ≥ z.
-fn lattice(p: usize, dim: usize, is_quadrangle: bool) -> (Vec<[usize; 3]>, Vec<[u32; 4]>) {
-    let is_inside = |x: &[usize; 3]| {
-        x.iter().all(|k| *k <= p) && (is_quadrangle || x[0] >= x[1] && x[1] >= x[2])
-    };
+fn lattice(p: usize, dim: usize, is_product: bool) -> Division {
+    let is_inside =
+        |x: &[usize; 3]| x.iter().all(|k| *k <= p) && (is_product || x[0] >= x[1] && x[1] >= x[2]);
     let top = if dim == 3 { p } else { 0 };
     let all = (0..=top).flat_map(|k| (0..=p).flat_map(move |j| (0..=p).map(move |i| [i, j, k])));
     let points: Vec<[usize; 3]> = all.filter(is_inside).collect();
@@ -446,9 +488,10 @@ fn lattice(p: usize, dim: usize, is_quadrangle: bool) -> (Vec<[usize; 3]>, Vec<[
         }
     }
     // From x ≥ y ≥ z to the corners 0, e₁, e₂, e₃.
-    let unfold = |x: [usize; 3]| match is_quadrangle {
+    let unfold = |x: [usize; 3]| match is_product {
         true => x,
         false => [x[0] - x[1], x[1] - x[2], x[2]],
     };
-    (points.into_iter().map(unfold).collect(), simplices)
+    let points = points.into_iter().map(unfold);
+    (points.collect(), simplices, p)
 }

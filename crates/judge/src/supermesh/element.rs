@@ -1,4 +1,4 @@
-//! Lagrange elements of any order on triangles, quadrangles and tetrahedra, as files state them: by the nodes of a cell, in
+//! Lagrange elements of any order on triangles, quadrangles, tetrahedra and hexahedra, as files state them: by the nodes of a cell, in
 //! Gmsh's order.
 //!
 //! The basis is one of products of Legendre polynomials, in which high orders keep their digits; a field on a cell is given
@@ -38,11 +38,12 @@ impl Element {
         let order = if is_serendipity {
             2
         } else {
-            let known = [Shape::Triangle, Shape::Quadrangle, Shape::Tetrahedron];
-            kind.complete_order().filter(|_| known.contains(&shape))?
+            let known = [Shape::Triangle, Shape::Tetrahedron];
+            let is_known = known.contains(&shape) || is_product(shape);
+            kind.complete_order().filter(|_| is_known)?
         };
         let dim = usize::from(kind.dim());
-        let is_simplex = shape != Shape::Quadrangle;
+        let is_simplex = !is_product(shape);
         let p = order as u8;
         let powers = (0..=if dim == 3 { p } else { 0 })
             .flat_map(|k| (0..=p).flat_map(move |j| (0..=p).map(move |i| [i, j, k])));
@@ -60,7 +61,7 @@ impl Element {
             kind,
             dim,
             order,
-            degree: if is_simplex { order } else { 2 * order },
+            degree: if is_simplex { order } else { dim * order },
             powers,
             nodes: Vec::new(),
             to_coefficients: Vec::new(),
@@ -81,6 +82,19 @@ impl Element {
         self.to_coefficients = inverse.transpose().as_slice().to_vec();
         self.nodes = nodes;
         Some(self)
+    }
+
+    /// Is it on the unit square or cube?
+    pub fn is_product(&self) -> bool {
+        is_product(self.kind.shape())
+    }
+
+    /// The corner at the end of an axis of the reference cell, from 0 on.
+    pub fn corner(&self, axis: usize) -> usize {
+        match self.is_product() {
+            true => [1, 3, 4][axis],
+            false => axis + 1,
+        }
     }
 
     /// Number of nodes, which is that of basis functions.
@@ -127,6 +141,10 @@ impl Element {
     }
 }
 
+fn is_product(shape: Shape) -> bool {
+    matches!(shape, Shape::Quadrangle | Shape::Hexahedron)
+}
+
 /// Legendre's polynomials P_0, …, P_n on [0, 1] with their derivatives.
 fn polynomials(x: f64, n: usize) -> [[f64; 2]; ORDERS] {
     let s = 2.0 * x - 1.0;
@@ -149,8 +167,16 @@ mod tests {
 
     #[test]
     fn polynomials_of_every_order_come_back_from_their_nodes() {
-        for shape in [Shape::Triangle, Shape::Quadrangle, Shape::Tetrahedron] {
-            for kind in (1..=10).map(|order| CellKind::complete(shape, order).unwrap()) {
+        let shapes = [
+            Shape::Triangle,
+            Shape::Quadrangle,
+            Shape::Tetrahedron,
+            Shape::Hexahedron,
+        ];
+        for shape in shapes {
+            for kind in (1..=if shape == Shape::Hexahedron { 4 } else { 10 })
+                .map(|order| CellKind::complete(shape, order).unwrap())
+            {
                 let element = Element::new(kind).unwrap();
                 assert_eq!(element.len(), kind.points(), "{kind}");
                 let p = element.order as i32;
@@ -171,7 +197,7 @@ mod tests {
                 assert!((of(2) - slope).abs() < 1e-7, "{kind}: {} {slope}", of(2));
             }
         }
-        assert!(Element::new(CellKind::Hexahedron).is_none());
+        assert!(Element::new(CellKind::Prism).is_none());
         let cut = CellKind::from_gmsh(20).unwrap();
         assert!(Element::new(cut).is_none(), "{cut} lacks a node inside");
         assert_eq!(Element::new(CellKind::Quadrangle8).unwrap().len(), 8);

@@ -2,6 +2,7 @@
 
 use super::clip::measure;
 use super::domain::{BLOCK, Domain, Piece};
+use super::element::Element;
 use super::function::Function;
 use super::map::Local;
 use super::norms::{Sums, combine};
@@ -15,8 +16,8 @@ use faceoff_mesh::parallel;
 /// Value and gradient of a component at a place.
 pub type Exact<'a> = &'a (dyn Fn([f64; 3], usize) -> (f64, [f64; 3]) + Sync);
 
-/// Beyond the degree of the field, so much of the function is seen.
-const MORE: usize = 8;
+/// Beyond the degree of the field, so much of the function is seen; of hexahedra, whose functions have that degree in all coordinates together, less.
+const MORE: [usize; 2] = [8, 4];
 
 /// The mesh of a result, in numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,7 +32,7 @@ pub struct Size {
 
 impl Size {
     /// # Errors
-    /// No mesh of triangles, quadrangles or tetrahedra.
+    /// No mesh of triangles, quadrangles, tetrahedra or hexahedra.
     pub fn of(side: &Results) -> Result<Self> {
         let domain = Domain::divided(side, 0.0)?;
         let (cells, measure) = (domain.cell_count(), domain.measure);
@@ -85,7 +86,9 @@ pub fn error_against(
         several => return Err(refuse(format!("it has {} fields `{field}`", several.len()))),
     }
     let domain = Domain::divided(side, 0.0)?;
-    let rule = Rule::new(domain.dim, 2 * functions[0].degree(&domain) + MORE);
+    let has_hexahedra = domain.dim == 3 && domain.elements.iter().any(Element::is_product);
+    let more = MORE[usize::from(has_hexahedra)];
+    let rule = Rule::new(domain.dim, 2 * functions[0].degree(&domain) + more);
     let block = |pieces: &[Piece]| -> Result<Sums> {
         let mut local = Local::new(&domain, &functions);
         let mut sums = Sums::default();

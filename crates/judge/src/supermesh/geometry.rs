@@ -2,14 +2,13 @@
 
 use super::clip::{cross, dot, subtract};
 use super::element::Element;
-use faceoff_mesh::mesh::Shape;
 
 /// How the reference cell becomes the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Geometry {
-    /// An affine map: simplices, parallelograms.
+    /// An affine map: simplices, parallelograms, parallelepipeds.
     Straight,
-    /// A quadrangle with straight sides.
+    /// A quadrangle or hexahedron with straight edges.
     Multilinear,
     /// By all nodes.
     Curved,
@@ -20,35 +19,51 @@ impl Geometry {
     pub fn of(element: &Element, nodes: &[[f64; 3]], near: f64) -> Self {
         let size = subtract(&nodes[1], &nodes[0]);
         let near = near.min(1e-3 * dot(&size, &size).sqrt());
-        let is_quadrangle = element.kind.shape() == Shape::Quadrangle;
-        let x = |k: usize, axis: usize| nodes[k][axis];
-        let lies = |(node, at): (&[f64; 3], &[f64; 3]), bilinear: f64| {
-            (0..3).all(|axis| {
-                let steps = (1..=element.dim).map(|k| {
-                    let corner = if is_quadrangle && k == 2 { 3 } else { k };
-                    at[k - 1] * (x(corner, axis) - x(0, axis))
-                });
-                let twist = if is_quadrangle {
-                    bilinear * at[0] * at[1] * (x(2, axis) - x(1, axis) - x(3, axis) + x(0, axis))
-                } else {
-                    0.0
+        let lies = |place: &dyn Fn(&[f64; 3], usize) -> f64| {
+            let mut all = nodes.iter().zip(&element.nodes);
+            all.all(|(node, at)| (0..3).all(|axis| (place(at, axis) - node[axis]).abs() <= near))
+        };
+        let affine = |at: &[f64; 3], axis: usize| {
+            let steps = (0..element.dim).map(|k| {
+                let corner = &nodes[element.corner(k)];
+                at[k] * (corner[axis] - nodes[0][axis])
+            });
+            nodes[0][axis] + steps.sum::<f64>()
+        };
+        let corners = if element.dim == 2 { 4 } else { 8 };
+        let multilinear = |at: &[f64; 3], axis: usize| -> f64 {
+            let all = TURN.iter().zip(nodes).take(corners);
+            all.map(|(corner, node)| {
+                let part = |k: usize| match corner[k] {
+                    true => at[k],
+                    false => 1.0 - at[k],
                 };
-                (x(0, axis) + steps.sum::<f64>() + twist - node[axis]).abs() <= near
+                node[axis] * (0..element.dim).map(part).product::<f64>()
             })
+            .sum()
         };
-        let all = |bilinear| {
-            nodes
-                .iter()
-                .zip(&element.nodes)
-                .all(|pair| lies(pair, bilinear))
-        };
-        match (all(0.0), is_quadrangle && all(1.0)) {
+        match (lies(&affine), element.is_product() && lies(&multilinear)) {
             (true, _) => Geometry::Straight,
             (_, true) => Geometry::Multilinear,
             _ => Geometry::Curved,
         }
     }
 }
+
+/// Where the corners of the unit square and cube are at 1, in the order of files.
+const TURN: [[bool; 3]; 8] = {
+    let (o, l) = (false, true);
+    [
+        [o, o, o],
+        [l, o, o],
+        [l, l, o],
+        [o, l, o],
+        [o, o, l],
+        [l, o, l],
+        [l, l, l],
+        [o, l, l],
+    ]
+};
 
 impl Element {
     /// The image of a point of the reference cell in the cell with these nodes.

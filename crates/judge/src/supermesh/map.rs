@@ -5,7 +5,6 @@ use super::domain::Domain;
 use super::element::Element;
 use super::function::Function;
 use super::geometry::Geometry;
-use faceoff_mesh::mesh::Shape;
 
 /// The functions of one cell at a time, and memory that is used again.
 pub(super) struct Local<'a> {
@@ -48,22 +47,22 @@ impl<'a> Local<'a> {
     pub fn turn_to(&mut self, cell: u32, origin: &[f64; 3]) {
         let domain = self.domain;
         let element = domain.element(cell);
-        let mut corners = [[0.0; 3]; 4];
+        let mut corners = [[0.0; 3]; 5];
         for (corner, node) in corners.iter_mut().zip(domain.nodes(cell, origin)) {
             *corner = node;
         }
         self.corner = corners[0];
         let geometry = domain.geometries[cell as usize];
         if geometry == Geometry::Straight {
-            if element.kind.shape() == Shape::Quadrangle {
-                corners.swap(2, 3);
-            }
-            let edges = [1, 2, 3].map(|k| subtract(&corners[k], &corners[0]));
+            let edges = [0, 1, 2].map(|axis| {
+                let corner = corners[element.corner(axis)];
+                subtract(&corner, &corners[0])
+            });
             self.inverse = inverse(domain.dim, edges);
             self.map = None;
         } else {
-            let map = match (geometry, &domain.bilinear) {
-                (Geometry::Multilinear, Some(bilinear)) => bilinear,
+            let map = match (geometry, &domain.multilinear) {
+                (Geometry::Multilinear, Some(multilinear)) => multilinear,
                 _ => element,
             };
             let count = map.len();
@@ -180,7 +179,7 @@ fn invert(
 ) -> ([f64; 3], [[f64; 3]; 3]) {
     let count = element.len();
     let basis = &mut basis[..count];
-    let start = if element.kind.shape() == Shape::Quadrangle {
+    let start = if element.is_product() {
         0.5
     } else {
         1.0 / (dim + 1) as f64

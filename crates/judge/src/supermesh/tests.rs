@@ -1,6 +1,7 @@
 //! Functions on two meshes of one domain: against integrals that are known, and polynomials that both have exactly.
 
 mod differing;
+mod hexahedra;
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
@@ -28,32 +29,34 @@ fn broken_at(
     corners: &[Vec<[f64; 3]>],
     nodes: &[[f64; 3]],
 ) -> Results {
-    let mut points = Vec::new();
-    for cell in corners {
-        for node in nodes {
-            let place = match cell.len() {
-                // Bilinear.
-                4 if kind.dim() == 2 => {
-                    let [x, y, _] = *node;
-                    let weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y];
-                    [0, 1, 2].map(|k| (0..4).map(|i| weights[i] * cell[i][k]).sum())
-                }
-                _ => [0, 1, 2].map(|k| {
-                    let steps = (1..cell.len()).map(|i| node[i - 1] * (cell[i][k] - cell[0][k]));
-                    cell[0][k] + steps.sum::<f64>()
-                }),
-            };
-            points.push(place);
+    let place = |cell: &Vec<[f64; 3]>, node: &[f64; 3]| match cell.len() {
+        // Bilinear.
+        4 if kind.dim() == 2 => {
+            let [x, y, _] = *node;
+            let weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y];
+            [0, 1, 2].map(|k| (0..4).map(|i| weights[i] * cell[i][k]).sum())
         }
-    }
-    let width = nodes.len();
+        _ => [0, 1, 2].map(|k| {
+            let steps = (1..cell.len()).map(|i| node[i - 1] * (cell[i][k] - cell[0][k]));
+            cell[0][k] + steps.sum::<f64>()
+        }),
+    };
+    let cells = corners
+        .iter()
+        .map(|cell| nodes.iter().map(|node| place(cell, node)).collect());
+    broken_nodes(source, kind, &cells.collect::<Vec<Vec<_>>>())
+}
+
+/// The same with all nodes of each cell.
+fn broken_nodes(source: &str, kind: CellKind, cells: &[Vec<[f64; 3]>]) -> Results {
+    let points = cells.concat();
     Results {
         source: source.into(),
         space: if kind.dim() == 2 { 2 } else { 3 },
         cells: (0..points.len() as u32).collect(),
         points: points.into(),
-        width,
-        kinds: vec![(kind, corners.len())],
+        width: kind.points(),
+        kinds: vec![(kind, cells.len())],
         ..Results::default()
     }
 }

@@ -1,5 +1,5 @@
 """{% include "head.txt" %}
-python3 {{ file }} reads {{ name }}.msh and writes {{ file|replace(".py", ".vtu") }}.
+python3 {{ file }} reads {{ mesh }} and writes {{ file|replace(".py", ".vtu") }}.
 """
 
 {% for name in imports|default([]) %}

@@ -1,5 +1,5 @@
 here = Path(__file__)
-reads, writes = sys.argv[1:3] or (here.with_name("{{ name }}.msh"), here.with_suffix(".vtu"))
+reads, writes = sys.argv[1:3] or (here.with_name("{{ mesh }}"), here.with_suffix(".vtu"))
 {% for parameter in parameters %}
 {{ parameter.name }} = {{ parameter.value }}
 {% endfor %}
