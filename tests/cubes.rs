@@ -148,12 +148,17 @@ fn a_script_beside_the_mesh_of_its_form_and_what_it_solves() {
         (
             "- f*v*dx",
             "- 1.5*f*v*dx",
-            "the term `f*v*dx` were multiplied by 1.5",
+            "the term `f*v*dx` had the factor 1.5",
         ),
         (
-            "k*inner(grad(u), grad(v))*dx",
-            "inner(grad(u), grad(v))*dx",
-            "`k` were 1",
+            "- f*v*dx",
+            "- f*v*dx(metadata={\"quadrature_degree\": 2})",
+            "the term `f*v*dx` were integrated by the rule `gauss-2`",
+        ),
+        (
+            "k = 1 + x[0]*x[1]",
+            "k = fem.Constant(mesh, PETSc.ScalarType(1.0))",
+            "as if `k` were 1",
         ),
     ];
     for (from, to, words) in faults {

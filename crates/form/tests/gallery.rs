@@ -209,11 +209,11 @@ forms_agree! {
     neo_hooke: "neo-hooke" lacking [];
     signorini: "signorini" lacking ["nutils"];
     chouly_hild: "chouly-hild" lacking [];
-    darcy: "darcy" lacking ["nutils"];
-    curl_curl: "curl-curl" lacking ["nutils"];
+    darcy: "darcy" lacking ["nutils", "mfem"];
+    curl_curl: "curl-curl" lacking ["nutils", "mfem"];
     stokes_closed: "stokes-closed" lacking [];
     allen_cahn: "allen-cahn" lacking [];
-    biharmonic: "biharmonic" lacking [];
+    biharmonic: "biharmonic" lacking ["mfem"];
 }
 
 /// On a mesh from Gmsh: its groups and its numbers of vertices are not those of generated meshes.
@@ -467,7 +467,7 @@ left = 0
 "#;
     assert_eq!(
         lacking(text, &cube()),
-        ["freefem", "ngsolve", "getfem", "nutils"]
+        ["freefem", "ngsolve", "getfem", "nutils", "mfem"]
     );
 }
 

@@ -8,6 +8,7 @@ mod fields;
 mod frame;
 mod freefem;
 mod getfem;
+mod mfem;
 mod ngsolve;
 mod nutils;
 mod points;
@@ -32,13 +33,14 @@ pub use self::table::Code;
 use crate::problem::Problem;
 
 /// All codes that forms are written for.
-pub const CODES: [Code; 6] = [
+pub const CODES: [Code; 7] = [
     freefem::CODE,
     dolfinx::CODE,
     scikit_fem::CODE,
     ngsolve::CODE,
     getfem::CODE,
     nutils::CODE,
+    mfem::CODE,
 ];
 
 impl Code {

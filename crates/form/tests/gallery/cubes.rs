@@ -12,7 +12,7 @@ use super::{agree_on, form, lacking};
 const WITHOUT: [&str; 2] = ["freefem", "nutils"];
 
 /// A square or cube of n^d cells whose inner vertices are moved. Every cell begins at another corner, and the outer ones are another group.
-fn lattice(dim: usize, n: usize) -> Mesh {
+pub fn lattice(dim: usize, n: usize) -> Mesh {
     let cuboid = match dim {
         2 => Cuboid::new([0.0; 2], [1.0; 2]),
         _ => Cuboid::new([0.0; 3], [1.0; 3]),

@@ -1,5 +1,8 @@
 //! Random forms, in all codes.
 
+use faceoff_mesh::mesh::Mesh;
+
+use super::cubes::lattice;
 use super::{agree_on, square};
 
 /// The same values on every day and machine; `FACEOFF_SEED` asks for others.
@@ -110,10 +113,8 @@ const WHOLE: &[&str] = &[
 ];
 
 /// A form that has one solution near 0, with some terms at random.
-fn random_form(random: &mut Random) -> String {
-    let element = random.of(&[
-        "P1", "P1", "P2", "P2", "CR", "DG1", "P3", "DG2", "P0", "RT0", "N1curl",
-    ]);
+fn random_form(random: &mut Random, elements: &[&str]) -> String {
+    let element = random.of(elements);
     let is_whole = element == "RT0" || element == "N1curl";
     let is_vector = !is_whole && random.is(40);
     let is_broken = element.starts_with("DG") || element == "P0";
@@ -184,19 +185,36 @@ fn random_form(random: &mut Random) -> String {
     s
 }
 
-/// Random forms; `FACEOFF_SCENES` asks for more of them, and `FACEOFF_CODES` for some codes only.
-#[test]
-fn random_forms() {
+/// Random forms on a mesh; `FACEOFF_SCENES` asks for more of them, and `FACEOFF_CODES` for some codes only.
+fn agree_on_random(
+    count: u64,
+    elements: &[&str],
+    mesh: impl Fn() -> Mesh + std::panic::RefUnwindSafe,
+) {
     let number = |name: &str, usual: u64| {
         std::env::var(name).map_or(usual, |text| text.parse().expect("an integer"))
     };
     let mut random = Random(number("FACEOFF_SEED", 2017));
-    let faults: Vec<String> = (0..6 * number("FACEOFF_SCENES", 1))
+    let faults: Vec<String> = (0..count * number("FACEOFF_SCENES", 1))
         .filter_map(|_| {
-            let text = random_form(&mut random);
-            let ran = std::panic::catch_unwind(|| agree_on(&text, &square()));
+            let text = random_form(&mut random, elements);
+            let ran = std::panic::catch_unwind(|| agree_on(&text, &mesh()));
             ran.err().map(|_| text)
         })
         .collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn random_forms() {
+    let elements = [
+        "P1", "P1", "P2", "P2", "CR", "DG1", "P3", "DG2", "P0", "RT0", "N1curl",
+    ];
+    agree_on_random(6, &elements, square);
+}
+
+#[test]
+fn random_forms_on_quadrangles() {
+    let elements = ["P1", "P2", "P2", "DG1", "DG2", "P0"];
+    agree_on_random(3, &elements, || lattice(2, 4));
 }
