@@ -11,7 +11,7 @@ use super::{agree_on, form, lacking};
 /// The codes without quadrangles and hexahedra of any place.
 const WITHOUT: [&str; 2] = ["freefem", "nutils"];
 
-/// A square or cube of n^d cells whose inner vertices are moved. Every cell begins at another corner, and the outer ones are another group.
+/// A square or cube of n^d cells, bent so that no face need be plane. Every cell begins at another corner, and the outer ones are another group.
 pub fn lattice(dim: usize, n: usize) -> Mesh {
     let cuboid = match dim {
         2 => Cuboid::new([0.0; 2], [1.0; 2]),
@@ -22,6 +22,8 @@ pub fn lattice(dim: usize, n: usize) -> Mesh {
         let [x, y, z] = *point;
         let across = |t: f64| 4.0 * t * (1.0 - t);
         let bump = across(x) * across(y) * if dim == 3 { across(z) } else { 1.0 };
+        // The outer ones too.
+        point[0] += 0.06 * y * (y + z);
         point[0] += 0.08 * bump * (7.0 * y + 3.0 * z).sin();
         point[1] += 0.08 * bump * (5.0 * x + 1.0).cos();
         if dim == 3 {

@@ -47,9 +47,9 @@ def space(collection):
 # Each component of an unknown is a function of a scalar space.
 spaces = [{% for u in unknowns %}space({{ u.element }}){{ ", " if not loop.last }}{% endfor %}]
 sizes = [{% for u in unknowns %}{{ u.size or "None" }}, {% endfor %}]
-first = np.cumsum([0, *((m or 1)*len(space.at) for m, space in zip(sizes, spaces))])
+first = np.cumsum([0, *((count or 1)*len(space.at) for count, space in zip(sizes, spaces))])
 dofs_of_cells = np.concatenate(
-    [i + len(space.at)*c + space.of_cells for i, m, space in zip(first, sizes, spaces) for c in range(m or 1)], axis=1
+    [i + len(space.at)*j + space.of_cells for i, count, space in zip(first, sizes, spaces) for j in range(count or 1)], axis=1
 )
 {% for each in interpolated %}
 of_{{ each.name }} = space({{ each.element }})
