@@ -7,6 +7,7 @@ use faceoff_mesh::parallel;
 
 use super::change::{Change, Digits, Interpolated, Part, Size};
 use super::residual::{Residual, add};
+use crate::grid::Cells;
 use crate::own::{Assembler, Wanted, Work};
 use crate::problem::{Bilinear, Domain, Element, Integral, Problem, Space};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars, Side};
@@ -450,11 +451,13 @@ fn sizes(residual: &Residual<'_>, all: &mut Vec<Entry>) {
             })
         });
     };
-    for length in [Length::Circumradius, Length::Inradius, Length::Facet] {
-        push(Size::Of(length), None);
+    if mesh.shape == Cells::Simplices {
+        for length in [Length::Circumradius, Length::Inradius, Length::Facet] {
+            push(Size::Of(length), None);
+        }
     }
     if problem.has_diameter() {
-        let each = (0..mesh.cell_count()).map(|cell| mesh.geometry(cell).diameter);
+        let each = (0..mesh.cell_count()).map(|cell| mesh.diameter(&mesh.vertices(cell)));
         let [low, high] = each.fold([f64::INFINITY, 0.0], |[low, high], h| {
             [h.min(low), h.max(high)]
         });

@@ -11,7 +11,8 @@ use faceoff_fem::quadrature::{self, Rule};
 use super::change::{Cause, Change, Given, Penalty};
 use super::dictionary::integrated;
 use super::residual::{Residual, add, dot, largest};
-use crate::own::{Shape, facets, is_on_facet, place, value};
+use crate::grid::Cells;
+use crate::own::{Shape, facets, is_on_facet, value};
 use crate::problem::{Domain, Held, Integral, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Side};
 
@@ -81,24 +82,28 @@ fn condition(residual: &Residual<'_>, held: Held) -> Option<Condition> {
     let component = held.component?;
     let element = problem.unknowns[held.unknown].space.element;
     let facets = facets(problem, mesh, residual.source, held.group);
-    let nodes = Shape::of(element).nodes(mesh.dim);
+    let nodes = Shape::of(element, mesh.shape).nodes(mesh.dim);
     let g = |at: &[f64; 3]| value(problem, held.values[0], &residual.parameters, at);
     let mut places = Vec::new();
     for facet in &facets {
         let cell = mesh.face_cells(*facet as usize)[0] as usize;
         let local = mesh.local_face(cell, *facet as usize);
-        let vertices = mesh.geometry(cell).vertices;
-        let at_vertices = vertices.map(|x| g(&x.into()));
+        let vertices = mesh.vertices(cell);
+        let at_vertices = vertices.map(|x| g(&x));
         let own = dofs.of_cell(held.unknown, cell).iter().zip(&nodes);
         for (i, (node, lambda)) in own.enumerate() {
-            if is_on_facet(element, mesh.dim, i, local) {
-                let at = place(&vertices, lambda);
-                let each = lambda.iter().zip(&at_vertices).take(mesh.dim + 1);
+            if is_on_facet(element, mesh.shape, mesh.dim, i, local) {
+                let at = mesh.place(&vertices, lambda);
+                let parts = mesh.shape.parts(mesh.dim, lambda);
+                let each = parts
+                    .iter()
+                    .zip(&at_vertices)
+                    .filter(|(part, _)| **part != 0.0);
                 places.push(Place {
                     dof: dofs.first[*node as usize] as usize + component,
                     at,
                     given: g(&at),
-                    linear: each.map(|(l, g)| l * g).sum(),
+                    linear: each.map(|(part, g)| part * g).sum(),
                 });
             }
         }
@@ -220,13 +225,17 @@ impl Values<'_> {
         })
     }
 
-    /// The projection of g in L² on the facets of a condition: on each by itself, with the average where they meet, or on all of them as a whole.
+    /// The projection of g in L² on the facets of a condition: on each by itself, with the average where they meet, or on all of them as a
+    /// whole; on facets of triangles and tetrahedra.
     fn projected(
         &self,
         condition: &Condition,
         rule: &Rule,
         is_whole: bool,
     ) -> Option<BTreeMap<usize, f64>> {
+        if self.residual.assembler.mesh.shape == Cells::Cubes {
+            return None;
+        }
         let (problem, assembler) = (self.residual.problem, &self.residual.assembler);
         let (mesh, dofs) = (&assembler.mesh, &assembler.dofs);
         let Held {
@@ -255,9 +264,9 @@ impl Values<'_> {
                     lambda
                 })
                 .collect();
-            let table = Shape::of(element).table(mesh.dim, &points);
+            let table = Shape::of(element, mesh.shape).table(mesh.dim, &points);
             let own = dofs.of_cell(*unknown, cell).iter().enumerate();
-            let own = own.filter(|(i, _)| is_on_facet(element, mesh.dim, *i, local));
+            let own = own.filter(|(i, _)| is_on_facet(element, mesh.shape, mesh.dim, *i, local));
             let own: Vec<(usize, usize)> = own
                 .map(|(i, node)| (i, dofs.first[*node as usize] as usize + condition.component))
                 .collect();
@@ -265,7 +274,7 @@ impl Values<'_> {
             let mut load = vec![0.0; own.len()];
             for (q, weight) in rule.weights.iter().enumerate() {
                 let weight = weight * geometry.face_measure(local);
-                let at = place(&geometry.vertices, &points[q]);
+                let at = mesh.place(&mesh.vertices(cell), &points[q]);
                 let g = value(problem, values[0], &self.residual.parameters, &at);
                 let row = table.row(0, q);
                 for (i, (local, _)) in own.iter().enumerate() {

@@ -26,7 +26,7 @@ pub use dofs::{Dofs, Pattern};
 pub(crate) use element::Shape;
 pub use functional::Functionals;
 pub use held::{Held, held};
-pub(crate) use held::{means, place, value};
+pub(crate) use held::{means, value};
 pub use output::{output, values};
 pub(crate) use places::places;
 pub(crate) use read::read;
