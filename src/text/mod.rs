@@ -392,7 +392,7 @@ mod tests {
             name: String,
             size: Number,
         }
-        let (what, of) = (Some("{} and **"), [("", 3_usize)]);
+        let (what, of) = (Some("{} `and` **"), [("", 3_usize)]);
         let it = Of {
             name: "a `b` **{what}**".into(),
             size: Number::new(2.5, 2),
@@ -404,7 +404,7 @@ mod tests {
         );
         assert_eq!(
             told.to_string(),
-            "`a `b` **{what}**`: {} and ** 3{} of 2.5e0, { x }"
+            "`a `b` **{what}**`: {} `and` ** 3{} of 2.5e0, { x }"
         );
         let strong = told.spans().iter().filter(|span| span.is_strong);
         assert_eq!(strong.count(), 1);
