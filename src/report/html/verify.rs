@@ -100,12 +100,13 @@ impl<'a> Run<'a> {
         let diagnoses = pairs.iter();
         let diagnoses = diagnoses.flat_map(|pair| pair.diagnoses(case, self.diagnoses));
         let put_back = "Each answer is put back into the scheme. Left of the dashed line, the tolerance, is rounding.";
+        let in_cases = agreeing(outcome, &fault);
+        let in_cases = format!("The largest residual of each case, and where.{in_cases}");
         let tries = "One thing put into the scheme in its place at a time, and the residual that is left with it.";
         Ok(html! {
             (heading("One row per code", put_back)) (codes.by_code())
             @if outcome.cases.len() > 1 {
-                (heading("One row per case", format!("The largest residual of each case, and where.{}", agreeing(outcome, &fault))))
-                (codes.by_case(Some(case)))
+                (heading("One row per case", in_cases)) (codes.by_case(Some(case)))
             }
             @if !drawn.is_empty() { (heading(text!("Along Γ_C"), format!("{label}. {}", contact(case)))) (drawn) }
             @if engine.is_some() { (effect(case, engine, &fault)?) }
@@ -122,11 +123,12 @@ impl<'a> Run<'a> {
         let found = put.and_then(|(put, about)| Some((put, about, put.findings?)));
         let found = found.filter(|(_, _, found)| !found.worst.is_empty());
         let case = self.shown().filter(|_| self.outcome.cases.len() > 1);
+        let rows = "the rows that are farthest off, and what they are made of";
         html! {
             .folds {
                 @if let Some((put, about, found)) = found {
                     (folded(
-                        html! { "Rows and terms " span { "· the rows that are farthest off, and what they are made of; " (about) } },
+                        html! { "Rows and terms " span { "· " (rows) "; " (about) } },
                         Html::from([by_term(put, about), table(&worst(&found.worst)), table(&terms(&found.terms))]),
                     ))
                 }
