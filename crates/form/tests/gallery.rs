@@ -49,8 +49,11 @@ fn cube() -> Mesh {
     mesh
 }
 
-/// What a code's script writes.
-fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Values {
+/// What says that a form has no solution that can be found.
+const LOST: &str = "Newton's method did not converge";
+
+/// What a code's script writes; none where it finds no solution.
+fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Option<Values> {
     let mut command: Vec<PathBuf> = code.command.iter().map(PathBuf::from).collect();
     if code.command == ["python3"] {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -67,18 +70,19 @@ fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Values {
         .current_dir(folder.path())
         .output()
         .unwrap_or_else(|e| panic!("{}: {}: {e}", code.name, command[0].display()));
+    let [said, errors] = [&ran.stdout, &ran.stderr].map(|bytes| String::from_utf8_lossy(bytes));
+    let (name, status) = (&problem.name, ran.status);
+    if !status.success() && (said.contains(LOST) || errors.contains(LOST)) {
+        return None;
+    }
     assert!(
-        ran.status.success(),
-        "{} on {}: {}\n{}{}",
-        code.name,
-        problem.name,
-        ran.status,
-        String::from_utf8_lossy(&ran.stdout),
-        String::from_utf8_lossy(&ran.stderr)
+        status.success(),
+        "{} on {name}: {status}\n{said}{errors}",
+        code.name
     );
     let written = path.with_extension("vtu");
     // FreeFEM's is called like the problem, as is its script.
-    values(&written, problem)
+    Some(values(&written, problem))
 }
 
 fn values(path: &Path, problem: &Problem) -> Values {
@@ -86,11 +90,14 @@ fn values(path: &Path, problem: &Problem) -> Values {
     values_of(&mesh, &mesh.fields, problem)
 }
 
-/// What our own solver gives.
-fn ours(problem: &Problem, mesh: &Mesh) -> Values {
-    let solution = own::solve(problem, mesh).unwrap_or_else(|e| panic!("{e}"));
+/// What our own solver gives; none where it finds no solution.
+fn ours(problem: &Problem, mesh: &Mesh) -> Option<Values> {
+    let solution = match own::solve(problem, mesh) {
+        Err(e) if e.to_string().contains(LOST) => return None,
+        other => other.unwrap_or_else(|e| panic!("{e}")),
+    };
     let (mesh, fields) = own::output(&solution.assembler, &solution.u);
-    values_of(&mesh, &fields, problem)
+    Some(values_of(&mesh, &fields, problem))
 }
 
 fn values_of(mesh: &Mesh, fields: &[Field], problem: &Problem) -> Values {
@@ -158,7 +165,7 @@ fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
     let problem =
         Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
     let mut lacking = Vec::new();
-    let mut results: Vec<(&str, Values)> = vec![("rust", ours(&problem, mesh))];
+    let mut results = vec![("rust", ours(&problem, mesh))];
     let chosen = chosen();
     for code in CODES.iter().filter(|code| chosen.contains(&code.name)) {
         match code.script(&problem) {
@@ -172,12 +179,20 @@ fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
     let mut line = format!("{:<18} {first}", problem.name);
     let mut failed = false;
     for (code, found) in &results[1..] {
-        let apart = difference(reference, found);
+        let apart = match (reference, found) {
+            (Some(reference), Some(found)) => difference(reference, found),
+            // None finds a solution, or only one of them.
+            (None, None) => 0.0,
+            _ => f64::INFINITY,
+        };
         line += &format!(" – {code} {apart:.1e}");
         failed |= apart > TOLERANCE;
     }
     for (code, why) in &lacking {
         line += &format!("; {code}: {why}");
+    }
+    if reference.is_none() {
+        line += "; no code finds a solution";
     }
     println!("{line}");
     assert!(!failed, "{line}");

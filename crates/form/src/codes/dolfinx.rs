@@ -90,6 +90,7 @@ fn more(of: &mut Speaker<'_>) -> Value {
         data => data.collect::<Vec<Vec<String>>>(),
         facets => facets,
         has_cofactors => uses("cofac"),
+        has_flat_jumps => uses("jump") && problem.unknowns.iter().any(|u| u.space.element == Element::Broken(0)),
         has_angle => uses("atan2") || is_whole && nodes.iter().any(is_angle),
         has_normal => is_whole || form.contains('n'),
     }

@@ -17,7 +17,7 @@ pub fn lattice(dim: usize, n: usize) -> Mesh {
         2 => Cuboid::new([0.0; 2], [1.0; 2]),
         _ => Cuboid::new([0.0; 3], [1.0; 3]),
     };
-    let mut mesh = lattice_mesh(n, &cuboid).unwrap();
+    let mut mesh = lattice_mesh(n, &cuboid).expect("a small mesh");
     for point in mesh.points.to_mut() {
         let [x, y, z] = *point;
         let across = |t: f64| 4.0 * t * (1.0 - t);
@@ -40,7 +40,8 @@ pub fn lattice(dim: usize, n: usize) -> Mesh {
         if dim == 3 {
             nodes[4..].rotate_left(k % 4);
             if k % 3 == 1 {
-                let [a, b, c, d, e, f, g, h] = <[u32; 8]>::try_from(&*nodes).unwrap();
+                let [a, b, c, d, e, f, g, h] =
+                    <[u32; 8]>::try_from(&*nodes).expect("eight corners");
                 nodes.copy_from_slice(&[a, d, h, e, b, c, g, f]);
             }
         }

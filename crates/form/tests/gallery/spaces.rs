@@ -224,6 +224,7 @@ fn assert_reproduced(text: &str, mesh: &Mesh, least: usize, exact: impl Fn([f64;
         Some((code.name, run(code, &problem, mesh, &script)))
     });
     for (name, found) in std::iter::once(("rust", ours(&problem, mesh))).chain(others) {
+        let found = found.expect("a solution");
         let of_it = found.values().next().expect("an unknown");
         for (place, values) in of_it {
             // Nodes are at multiples of 1/4 and 1/6.

@@ -105,6 +105,15 @@ def cofac(A):
 
 
 {% endif %}
+{% if more.has_flat_jumps %}
+
+
+def jump(v, n=None):
+    """UFL's own, but for a gradient that is 0, as that of P0, whose jump is no scalar there."""
+    return ufl.jump(v, n) if n is None or not v.ufl_shape else dot(v("+"), n("+")) + dot(v("-"), n("-"))
+
+
+{% endif %}
 {% if more.has_angle %}
 atan2 = getattr(ufl, "atan2", None) or ufl.atan_2
 {% endif %}
