@@ -3,12 +3,17 @@
 use super::place::Spot;
 use super::search::Search;
 use super::{Aspect, Explanation, Rank};
-use crate::text::{Number, Text, text};
-use faceoff_fem::contact::Term;
+use crate::text::{Number, text};
+use faceoff_fem::contact::{Iteration, SPLITTINGS, Stop, solve};
+use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
 /// Values are the same up to this, relative to the largest difference.
 const SAME: f64 = 1e-6;
+/// The cosine of the angle between errors that are along each other.
+const ALONG: f64 = 0.99;
+/// Steps of Newton's method that are looked at; of fixed points ten times as many.
+const STEPS: usize = 30;
 /// What is farther from the solution than this, relative to its largest value, is no iteration stopped early.
 const NEARLY: f64 = 1e-2;
 
@@ -63,22 +68,56 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
             ..Explanation::new(aspect, brief, Rank::Values, left).more(more)
         }));
     }
-    if !(farthest <= NEARLY * largest) {
+    // What a linear solver leaves that stopped early is in all rows.
+    let all = search.errors.iter().filter(|e| **e > search.limit).count() >= u.len() * 9 / 10;
+    if !(farthest <= NEARLY * largest) || !(all || is_iterate(search, known)?) {
         return Ok(None);
     }
-    let suspects = search.suspects();
-    let or = if suspects.contains(&Term::Load) && !search.setup.scene.data().f.is_zero() {
-        text!(", or f is integrated by a rule that is not known here")
-    } else if suspects.contains(&Term::Contact) {
-        text!(", or something on Γ_C differs in a way that is not known here")
-    } else {
-        Text::default()
+    let or = match all && !search.setup.scene.data().f.is_zero() {
+        true => ", or f is integrated by a rule that is not known here",
+        false => "",
     };
-    let brief = text!(
-        "no change of the scheme explains it; it is {} of max|u| away from the solution",
-        Number::new(farthest / largest, 2)
-    );
-    let more = text!(", as after an iteration that stopped early{}", or);
+    let away = Number::new(farthest / largest, 2);
+    let brief =
+        text!("no change of the scheme explains it; it is {away} of max|u| away from the solution");
+    let more = text!(", as after an iteration that stopped early{or}");
     let found = Explanation::new(Aspect::Iteration, brief, Rank::Values, search.residual);
     Ok(Some(found.more(more)))
+}
+
+/// Is the error of u that of a step of Newton's method, or along that of a fixed point?
+fn is_iterate(search: &Search, known: &[f64]) -> Result<bool> {
+    let error =
+        |u: &[f64]| -> Vec<f64> { u.iter().zip(known).map(|(u, known)| u - known).collect() };
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let own = error(search.u);
+    let size = (dot(&own, &own) / dot(known, known)).sqrt();
+    let newton = (1..STEPS).map(|max_iterations| Stop {
+        max_iterations,
+        ..Stop::default()
+    });
+    let newton = newton.map(|stop| (Iteration::Newton, stop));
+    let fixed = SPLITTINGS.into_iter().flat_map(|splitting| {
+        [10.0, 1.0, 0.1].map(|of| {
+            let stop = Stop {
+                increment: of * size,
+                max_iterations: 10 * STEPS,
+            };
+            (Iteration::FixedPoint(splitting), stop)
+        })
+    });
+    for (iteration, stop) in newton.chain(fixed) {
+        cancel::check()?;
+        let Ok(found) = solve(&search.problem, iteration, stop, |_, _| Ok(())) else {
+            continue;
+        };
+        let other = error(&found.u);
+        let [both, of_own, of_other] =
+            [(&own, &other), (&own, &own), (&other, &other)].map(|(a, b)| dot(a, b));
+        let is_as_large = (1e-3..1e3).contains(&(of_other / of_own).sqrt());
+        if is_as_large && both >= ALONG * (of_own * of_other).sqrt() {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }

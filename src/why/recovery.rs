@@ -211,7 +211,8 @@ impl Changes<'_> {
             .copied()
             .zip(trial.deltas.iter().copied())
             .collect();
-        let more = Variation::Shifted(datum, STEP * largest(self.u));
+        let size = Some(largest(self.u)).filter(|size| *size > 0.0);
+        let more = Variation::Shifted(datum, STEP * size.unwrap_or(1.0));
         let [with, without] = [Some(&more), None].map(|more| self.left_with(&changes, more));
         let Some((with, without)) = with.zip(without) else {
             return true;

@@ -48,12 +48,6 @@ impl Search<'_> {
         !(self.errors[row] <= self.limit)
     }
 
-    /// The terms that may be wrong.
-    pub fn suspects(&self) -> Vec<Term> {
-        let suspects = self.terms().into_iter().filter(|t| t.suspect);
-        suspects.map(|t| t.term).collect()
-    }
-
     /// How far each term is part of the rows that fail.
     pub fn terms(&self) -> Vec<TermRows> {
         let problem = &self.problem;
