@@ -103,7 +103,7 @@ fn codes_agree_on_a_form_and_a_changed_script_is_found() {
         (
             "on(3, du = exp",
             "on(3, du = 1.001*exp",
-            "9 of 25 Dirichlet values are off",
+            "as if the Dirichlet values of `u` on `top` had the factor 1.001",
         ),
     ];
     for (from, to, words) in changes {

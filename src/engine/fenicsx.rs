@@ -59,7 +59,7 @@ fn origin(python: &Path, module: &str) -> Option<String> {
         .output();
     let output = output.ok().filter(|output| output.status.success())?;
     let told = String::from_utf8(output.stdout).ok()?;
-    told.lines().last().map(str::to_owned)
+    Some(told.lines().last().unwrap_or_default().to_owned())
 }
 
 fn missing() -> Error {

@@ -10,6 +10,8 @@ use faceoff_mesh::error::Result;
 
 /// Values are the same up to this, relative to the largest difference.
 const SAME: f64 = 1e-6;
+/// What fails in fewer rows than one in so many is in one place.
+const SPREAD: usize = 12;
 /// The cosine of the angle between errors that are along each other.
 const ALONG: f64 = 0.99;
 /// Steps of Newton's method that are looked at; of fixed points ten times as many.
@@ -68,8 +70,9 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
             ..Explanation::new(aspect, brief, Rank::Values, left).more(more)
         }));
     }
-    // What a linear solver leaves that stopped early is in all rows.
-    let all = search.errors.iter().filter(|e| **e > search.limit).count() >= u.len() * 9 / 10;
+    // What a linear solver leaves that stopped early is in rows of all kinds.
+    let failing = search.errors.iter().filter(|e| **e > search.limit).count();
+    let all = SPREAD * failing >= u.len();
     if !(farthest <= NEARLY * largest) || !(all || is_iterate(search, known)?) {
         return Ok(None);
     }
