@@ -82,12 +82,12 @@ impl<'a> Changes<'a> {
         let others = singles.into_iter().filter(|trial| !is_exact(trial));
         let left = |mut trial: Trial| {
             // Without a number there is nothing to be fitted.
-            if let [k] = trial.of[..] {
-                if self.columns[k].is_whole {
-                    let each = self.wanted.iter().zip(&self.columns[k].vector);
-                    let rest: Vec<f64> = each.map(|(b, d)| b - d).collect();
-                    trial.left = largest(&rest);
-                }
+            if let [k] = trial.of[..]
+                && self.columns[k].is_whole
+            {
+                let each = self.wanted.iter().zip(&self.columns[k].vector);
+                let rest: Vec<f64> = each.map(|(b, d)| b - d).collect();
+                trial.left = largest(&rest);
             }
             self.explanation(&trial)
         };
