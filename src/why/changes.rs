@@ -103,7 +103,7 @@ impl Names<'_> {
                 text!("{}{} were {}", name, within, how)
             }
             Change::One { datum } => text!("{} were 1", code(&problem.data[*datum].name)),
-            Change::Size { term, size } => {
+            Change::Size { term, of, size } => {
                 let within = term.map(|term| text!(" in {}", self.code(term)));
                 let size = match size {
                     Size::Of(Length::Circumradius) => "the circumradius",
@@ -113,7 +113,7 @@ impl Names<'_> {
                     Size::Largest => "the largest diameter of all cells",
                     Size::Smallest => "the smallest diameter of all cells",
                 };
-                text!("{} were {}{}", code("h"), size, within)
+                text!("{} were {}{}", code(of.name()), size, within)
             }
             Change::Normal { term } => {
                 let within = term.map(|term| text!(" in {}", self.code(term)));
@@ -342,7 +342,9 @@ impl Names<'_> {
                 ("data", term.as_ref(), Some(name.clone()))
             }
             Change::One { datum } => ("one", None, Some(problem.data[*datum].name.clone())),
-            Change::Size { term, .. } => ("size", term.as_ref(), Some("h".to_owned())),
+            Change::Size { term, of, .. } => {
+                ("size", term.as_ref(), Some(of.name().to_owned()))
+            }
             Change::Normal { term } => ("normal", term.as_ref(), Some("n".to_owned())),
             Change::Coordinates { .. } => ("coordinates", None, None),
             Change::Slope { unknown, .. } => {

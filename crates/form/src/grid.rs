@@ -519,6 +519,16 @@ impl Grid {
         }
         most
     }
+
+    /// The longest edge of a facet of a quadrangle or hexahedron.
+    pub fn facet_length(&self, vertices: &[[f64; 3]; 8], facet: usize) -> f64 {
+        let own = (0..self.shape.corners(self.dim)).filter(|i| self.shape.is_on(*i, facet));
+        let ends = own.flat_map(|i| (0..self.dim).map(move |k| (i, i | 1 << k)));
+        let edges = ends.filter(|(i, j)| i != j && self.shape.is_on(*j, facet));
+        edges.fold(0.0, |most: f64, (i, j)| {
+            most.max(norm(&[0, 1, 2].map(|k| vertices[i][k] - vertices[j][k])))
+        })
+    }
 }
 
 impl From<Triangulation> for Grid {

@@ -6,7 +6,7 @@ use faceoff_fem::quadrature::Rule;
 use faceoff_fem::scene::expression::syntax::Term;
 
 use crate::grid::Cells;
-use crate::scalar::{Field, Id, Leaf, Node, Scalars};
+use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars};
 
 /// A problem in weak form: find the unknowns u such that F(u; v) = 0 for all test functions v, with Dirichlet values.
 #[derive(Debug, Clone)]
@@ -406,9 +406,9 @@ impl Problem {
         before.map(|other| other.space.count()).sum::<usize>() + component
     }
 
-    /// Is the diameter of cells part of F?
-    pub fn has_diameter(&self) -> bool {
-        self.has(|node| matches!(node, Node::Length(..)))
+    /// Is a length of cells or facets part of F?
+    pub fn has_length(&self, length: Length) -> bool {
+        self.has(|node| matches!(node, Node::Length(own, _) if own == length))
     }
 
     /// Are second derivatives part of F?

@@ -249,6 +249,8 @@ fn lacking(text: &str, mesh: &Mesh) -> Vec<&'static str> {
 
 #[path = "gallery/cubes.rs"]
 mod cubes;
+#[path = "gallery/lengths.rs"]
+mod lengths;
 #[path = "gallery/random.rs"]
 mod random;
 #[path = "gallery/spaces.rs"]

@@ -176,9 +176,9 @@ fn said(form: &Problem, judged: &Judged, Cause { change, factor }: &Cause) -> St
             format!("{} {by}{of}", form.data[*datum].name)
         }
         Change::One { datum } => format!("{} = 1", form.data[*datum].name),
-        Change::Size { term: k, size } => {
-            let of = k.map_or(String::new(), |k| format!(" in {}", term(&k)));
-            format!("h {size:?}{of}")
+        Change::Size { term: k, of, size } => {
+            let within = k.map_or(String::new(), |k| format!(" in {}", term(&k)));
+            format!("{} {size:?}{within}", of.name())
         }
         Change::Normal { term: k } => {
             let of = k.map_or(String::new(), |k| format!(" in {}", term(&k)));

@@ -10,7 +10,7 @@ use super::strong::{component as component_of, strong_form};
 use super::table::Sharing;
 use crate::grid::Cells;
 use crate::problem::{Bilinear, Domain, Element, Held, Integral, Problem, Space, Unknown};
-use crate::scalar::{Field, Id};
+use crate::scalar::{Field, Id, Length};
 
 /// The fields of a problem; `mesh` is the file that the script reads.
 ///
@@ -74,7 +74,9 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str) -> Result<Value, String> {
         means => means(of),
         // None where nothing depends on time.
         time => time(of),
-        has_diameter => problem.has_diameter(),
+        has_diameter => problem.has_length(Length::Diameter),
+        has_circumradius => problem.has_length(Length::Circumradius),
+        has_facet_length => problem.has_length(Length::Facet),
         output => output(problem)?,
         // What no other code needs.
         more,
@@ -359,7 +361,15 @@ fn cell(problem: &Problem) -> Value {
         (_, 2) => &[0, 1, 3, 2],
         _ => &[0, 1, 3, 2, 4, 5, 7, 6],
     };
+    let corners = || 0..cells.corners(dim);
+    let pairs = corners().flat_map(|i| corners().take(i).map(move |j| [j, i]));
+    let edges = pairs.filter_map(|[j, i]| match order {
+        [] => Some(vec![j, i]),
+        _ => (i ^ j).is_power_of_two().then(|| vec![order[j], order[i]]),
+    });
     context! {
+        // The ends of its edges, in the order of files.
+        edges => edges.collect::<Vec<_>>(),
         name => match (cells, dim) {
             (Cells::Cubes, 2) => "quadrilateral",
             _ => cells.name(dim),

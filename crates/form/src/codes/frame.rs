@@ -10,9 +10,10 @@ use super::spelling::traces;
 use crate::problem::Element;
 
 /// What templates have in common.
-const PARTS: [(&str, &str); 6] = [
+const PARTS: [(&str, &str); 7] = [
     ("head.txt", include_str!("frames/head.txt")),
     ("head.py", include_str!("frames/head.py")),
+    ("lengths.py", include_str!("frames/lengths.py")),
     ("lists.py", include_str!("frames/lists.py")),
     ("newton.py", include_str!("frames/newton.py")),
     ("read.py", include_str!("frames/read.py")),

@@ -8,7 +8,7 @@ use super::spelling::Style;
 use super::table::{Code, Leaves};
 use crate::grid::Cells;
 use crate::problem::{Domain, Element, Initial, Problem, Space};
-use crate::scalar::Side;
+use crate::scalar::{Length, Side};
 
 /// FreeFEM 4, by the program without graphics.
 pub const CODE: Code = Code {
@@ -22,7 +22,13 @@ pub const CODE: Code = Code {
     mark: 'X',
     pi: "pi",
     normals: ["N.x", "N.y", "N.z"],
-    diameter: ["hTriangle", "hK"],
+    length: |length, dim| match (length, dim) {
+        (Length::Facet, 2) => "lenEdge",
+        (Length::Facet, _) => "facetlength(nuTriangle, N.x, N.y, N.z)",
+        (Length::Diameter, 2) => "hTriangle",
+        (Length::Diameter, _) => "hK",
+        _ => length.name(),
+    },
     // The jump is the value of the other cell less that of this one.
     on_side: |value, side| match side {
         Side::Minus => format!("({value} + jump({value}))"),
@@ -70,7 +76,7 @@ const RESERVED: &str = "x y z N P label region nuTriangle nuEdge hTriangle lenEd
     mesh mesh3 real int func macro varf string result order file values fixed held dx dy dz dxx dyy jump mean average on int1d int2d int3d \
     P0 P1 P2 P3 P1nc P1dc P2dc P1b sin C D from to own drawnBack cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
     trunc matrix complex bool if else for while break continue return try catch true false verbosity ARGV CG LU UMFPACK sparsesolver \
-    clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK name reads writes done j there value where out Hh DP qf1pE qf2pE qf3pE qf5pE qf2pT qf5pT qfV2 qfV5 readmesh readmesh3 given rest least moments M row gap J0 rm dm n RT0 RT03d RT0Ortho Edge03d dxy dxz dyy dyz dzz mean dofs P1dc3d";
+    clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK edge Rh circumradius facetlength name reads writes done j there value where out Hh DP qf1pE qf2pE qf3pE qf5pE qf2pT qf5pT qfV2 qfV5 readmesh readmesh3 given rest least moments M row gap J0 rm dm n RT0 RT03d RT0Ortho Edge03d dxy dxz dyy dyz dzz mean dofs P1dc3d";
 
 fn element(problem: &Problem, space: Space) -> Result<String, String> {
     let dim = problem.dim;

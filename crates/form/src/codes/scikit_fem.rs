@@ -11,7 +11,7 @@ use super::spelling::Shared;
 use super::table::{Code, Leaves, Sharing};
 use crate::grid::Cells;
 use crate::problem::{Bilinear, Domain, Element, Integral, Problem, Space};
-use crate::scalar::{Field, Id, Leaf, Node, Side};
+use crate::scalar::{Field, Id, Leaf, Length, Node, Side};
 
 /// scikit-fem, from release 8 on.
 pub const CODE: Code = Code {
@@ -19,7 +19,11 @@ pub const CODE: Code = Code {
     suffix: "_skfem.py",
     frame: include_str!("frames/scikit_fem.py"),
     reserved: &[PYTHON, RESERVED],
-    diameter: ["w.h", "w.h"],
+    length: |length, _| match length {
+        Length::Circumradius => "w.circumradius",
+        Length::Facet => "w.facet_length",
+        _ => "w.h",
+    },
     on_side: |value, side| value + mark(side),
     leaves: Leaves {
         name: |of, leaf| match leaf.field {

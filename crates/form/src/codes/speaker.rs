@@ -43,8 +43,8 @@ impl<'a> Speaker<'a> {
             Node::Coordinate(k) => code.coordinates[k].into(),
             Node::Normal(k, Side::Minus) => format!("(-{})", code.normals[k]),
             Node::Normal(k, _) => code.normals[k].into(),
-            Node::Length(_, side) => {
-                (code.on_side)(code.diameter[self.problem.dim - 2].into(), side)
+            Node::Length(length, side) => {
+                (code.on_side)((code.length)(length, self.problem.dim).into(), side)
             }
             Node::Leaf(leaf) => self.leaf(leaf),
             _ => String::new(),

@@ -37,7 +37,7 @@ fn plain_end(problem: &Problem, node: Node) -> String {
         Node::Parameter(k) => problem.parameters[k].name.clone(),
         Node::Coordinate(k) => axis(k).into(),
         Node::Normal(k, _) => format!("n[{k}]"),
-        Node::Length(..) => "h".into(),
+        Node::Length(length, _) => length.name().into(),
         Node::Leaf(leaf) => {
             let (name, size) = match leaf.field {
                 Field::Unknown(k) | Field::Increment(k) | Field::Test(k) | Field::Old(k) => {

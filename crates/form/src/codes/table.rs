@@ -3,7 +3,7 @@
 use super::speaker::Speaker;
 use super::spelling::Style;
 use crate::problem::{Integral, Problem, Space};
-use crate::scalar::{Leaf, Side};
+use crate::scalar::{Leaf, Length, Side};
 
 /// A finite element code: how its scripts are run, and how it spells a form.
 #[derive(Debug)]
@@ -30,8 +30,8 @@ pub struct Code {
     pub(super) coordinates: [&'static str; 3],
     /// The components of the normal.
     pub(super) normals: [&'static str; 3],
-    /// The diameter of cells, in 2D and 3D.
-    pub(super) diameter: [&'static str; 2],
+    /// A length of cells or facets, in 2D or 3D.
+    pub(super) length: fn(Length, usize) -> &'static str,
     /// The parameter that is the time, which changes while the script runs.
     pub(super) clock: fn(&str) -> String,
     /// A value on a side of a facet.

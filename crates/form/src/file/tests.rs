@@ -123,6 +123,18 @@ fn wrong_forms_are_refused_with_their_place() {
         ("u*v*dx + ¦jump(u)*v*ds", "a side of u is taken"),
         ("¦avg(u)*v*dx", "a side of u is taken"),
         ("u*v*dx + ¦u('*')*v*dx", "no side `*`"),
+        (
+            "u*v*dx + ¦facet_length*u*v*dx",
+            "facet_length is of facets, and dx is over cells; write h in dx",
+        ),
+        (
+            "u*v*dx + ¦circumradius*jump(u)*jump(v)*dS",
+            "circumradius has two values on the facets of dS",
+        ),
+        (
+            "u*v*dx + ¦facet_length('+')*u*v*ds",
+            "a side of facet_length is taken",
+        ),
         // Test functions.
         ("u*v*dx - ¦force*dx", "a term without a test function"),
         ("u*v*dx + ¦u*v*v*dx", "a product of two test functions"),
@@ -418,6 +430,8 @@ fn forms_that_are_the_same_from_both_sides_are_accepted() {
             "abs(n('-')[0])*avg(u)*avg(v)",
             "conditional(dot(b, n('+')) > 0, u('+'), u('-'))*dot(b, n('+'))*jump(v)",
             "force*avg(v)",
+            "avg(circumradius)/facet_length*jump(u)*jump(v)",
+            "facet_length('+')*avg(v)",
         ] {
             let text = GOOD
                 .replace("\"P1\"", &format!("\"{space}\""))

@@ -37,10 +37,12 @@ pub enum Change {
         /// Its position.
         datum: usize,
     },
-    /// A term, or all, has another length for h.
+    /// A term, or all, has another length in place of one.
     Size {
         /// Its position; none of all.
         term: Option<usize>,
+        /// The length that the form has.
+        of: Length,
         /// Which.
         size: Size,
     },
@@ -162,7 +164,7 @@ pub enum Interpolated {
     Degree(u8),
 }
 
-/// What may be taken for h in place of the diameter of the cell.
+/// What may be taken in place of a length of the cell or facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Size {
     /// Another length of the cell or facet.

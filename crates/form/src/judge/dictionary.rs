@@ -440,29 +440,38 @@ fn sizes(residual: &Residual<'_>, all: &mut Vec<Entry>) {
             scalars.negative(n)
         })
     });
-    let mut push = |size: Size, number: Option<f64>| {
-        push(&|term| Change::Size { term, size }, &|scalars, node| {
-            let Node::Length(_, side) = node else {
-                return None;
-            };
-            Some(match (size, number) {
-                (Size::Of(length), _) => scalars.push(Node::Length(length, side)),
-                (_, number) => scalars.number(number.unwrap_or(f64::NAN)),
-            })
-        });
+    let mut push = |of: Length, size: Size, number: Option<f64>| {
+        push(
+            &|term| Change::Size { term, of, size },
+            &|scalars, node| match (node, size) {
+                (Node::Length(own, _), _) if own != of => None,
+                (Node::Length(_, side), Size::Of(length)) => {
+                    Some(scalars.push(Node::Length(length, side)))
+                }
+                (Node::Length(..), _) => Some(scalars.number(number.unwrap_or(f64::NAN))),
+                _ => None,
+            },
+        );
     };
-    if mesh.shape == Cells::Simplices {
-        for length in [Length::Circumradius, Length::Inradius, Length::Facet] {
-            push(Size::Of(length), None);
+    let all = [
+        Length::Diameter,
+        Length::Circumradius,
+        Length::Inradius,
+        Length::Facet,
+    ];
+    let own = all.into_iter().filter(|of| problem.has_length(*of));
+    for of in own.filter(|_| mesh.shape == Cells::Simplices) {
+        for length in all.into_iter().filter(|length| *length != of) {
+            push(of, Size::Of(length), None);
         }
     }
-    if problem.has_diameter() {
+    if problem.has_length(Length::Diameter) {
         let each = (0..mesh.cell_count()).map(|cell| mesh.diameter(&mesh.vertices(cell)));
         let [low, high] = each.fold([f64::INFINITY, 0.0], |[low, high], h| {
             [h.min(low), h.max(high)]
         });
-        push(Size::Largest, Some(high));
-        push(Size::Smallest, Some(low));
+        push(Length::Diameter, Size::Largest, Some(high));
+        push(Length::Diameter, Size::Smallest, Some(low));
     }
 }
 

@@ -271,7 +271,7 @@ impl Reader<'_> {
                             "multiply with *, and take sides of a facet by ('+') and ('-')";
                         return Err(fault(term, format!("`{name}` is not a function"), remedy));
                     }
-                    let known = WORDS[10..35].iter().copied();
+                    let known = WORDS[12..37].iter().copied();
                     let remedy = format!(
                         "{}docs/reference/form.md has all functions",
                         meant(name, known)

@@ -5,7 +5,7 @@ use faceoff_mesh::error::meant;
 
 use super::{Reader, Result, fault};
 use crate::problem::{Domain, Group, Integral, Measure};
-use crate::scalar::{Field, Id, Leaf, Node, NotLinear, Side};
+use crate::scalar::{Field, Id, Leaf, Length, Node, NotLinear, Side};
 
 impl Reader<'_> {
     /// An integral, if what is integrated is linear in the test functions and of its domain.
@@ -29,7 +29,7 @@ impl Reader<'_> {
                     (leaf.side, self.field_name(leaf.field))
                 }
                 Node::Normal(_, side) => (side, "n".to_owned()),
-                Node::Length(_, side) => (side, "h".to_owned()),
+                Node::Length(length, side) => (side, length.name().to_owned()),
                 _ => continue,
             };
             match measure.domain {
@@ -40,6 +40,15 @@ impl Reader<'_> {
                         "integrate over ds or dS",
                     ));
                 }
+                Domain::Cells if what == Length::Facet.name() => {
+                    return Err(fault(
+                        term,
+                        "facet_length is of facets, and dx is over cells",
+                        "write h in dx, the diameter of the cell",
+                    ));
+                }
+                // The same from both sides.
+                Domain::Interior if what == Length::Facet.name() => {}
                 Domain::Interior if !is_sided(side) => {
                     return Err(fault(
                         term,
@@ -57,6 +66,10 @@ impl Reader<'_> {
                 _ => {}
             }
         }
+        let integrand = self.scalars.map(integrand, &mut |s, node| match node {
+            Node::Length(Length::Facet, _) => Some(s.push(Node::Length(Length::Facet, Side::Here))),
+            _ => None,
+        });
         let integrand = self.weighted(integrand, measure.domain);
         let is_test = |leaf: &Leaf| matches!(leaf.field, Field::Test(_));
         let terms = self.scalars.linear(integrand, &is_test).map_err(|why| {

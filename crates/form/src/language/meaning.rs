@@ -7,6 +7,7 @@ use faceoff_mesh::error::meant;
 use super::{
     Fault, MOST_ENTRIES, Meaning, Reader, Result, Tensor, WORDS, fault, kind_of, scalar, transpose,
 };
+use crate::grid::Cells;
 use crate::problem::Integral;
 use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars, Side};
 
@@ -111,10 +112,19 @@ impl Reader<'_> {
                     .map(|k| self.scalars.push(Node::Normal(k, Side::Here)))
                     .collect(),
             },
-            "h" => scalar(
-                self.scalars
-                    .push(Node::Length(Length::Diameter, Side::Here)),
-            ),
+            "circumradius" if self.names.cells == Cells::Cubes => {
+                let what = format!("{} have no circumradius", self.names.cells.names(dim));
+                let remedy = "write h, the diameter of the cell";
+                return Err(fault(term, what, remedy));
+            }
+            "h" | "circumradius" | "facet_length" => {
+                let length = match name {
+                    "h" => Length::Diameter,
+                    "circumradius" => Length::Circumradius,
+                    _ => Length::Facet,
+                };
+                scalar(self.scalars.push(Node::Length(length, Side::Here)))
+            }
             "dx" | "ds" | "dS" => return Ok(Meaning::Measure(self.measure(term, name, &[])?)),
             _ => match self.field(name) {
                 Some(tensor) => tensor,

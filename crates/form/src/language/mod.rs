@@ -16,13 +16,15 @@ use crate::problem::{Datum, Group, Integral, Measure, Parameter, Unknown};
 use crate::scalar::{Id, Node, Scalars};
 
 /// Reserved words: not allowed as names of parameters, data and unknowns.
-pub const WORDS: [&str; 37] = [
+pub const WORDS: [&str; 39] = [
     "x",
     "y",
     "z",
     "pi",
     "n",
     "h",
+    "circumradius",
+    "facet_length",
     "dx",
     "ds",
     "dS",
@@ -175,7 +177,7 @@ impl<'a> Reader<'a> {
     /// A scalar function of the point, for data and conditions.
     ///
     /// # Errors
-    /// As [`Self::form`]; the normal and the diameter of cells; a formula that is too long when its tensors are written out.
+    /// As [`Self::form`]; the normal, and lengths of cells and facets; a formula that is too long when its tensors are written out.
     pub fn formula(&mut self, term: &Term) -> Result<Id> {
         let id = self.scalar(term)?;
         let nodes = self.scalars.nodes_of([id]);
@@ -184,8 +186,8 @@ impl<'a> Reader<'a> {
             matches!(node, Node::Normal(..) | Node::Length(..))
         };
         if nodes.iter().any(is_of_cells) {
-            let what = "n or h in a function of the point";
-            return Err(fault(term, what, "use n and h in F"));
+            let what = "n, h or another length of cells in a function of the point";
+            return Err(fault(term, what, "use these in F"));
         }
         match self.scalars.length(id) <= MOST_LENGTH {
             true => Ok(id),

@@ -89,7 +89,7 @@ impl Reader<'_> {
                     })
                 }
             },
-            // Normals and diameters are constant on a facet or cell.
+            // Normals and lengths are constant on a facet or cell.
             _ => s.number(0.0),
         });
         match refused {

@@ -205,6 +205,10 @@ impl Batch<'_> {
                     }
                 }
                 Node::Length(Length::Diameter, side) => fill(&|c| s.diameter[of_side(side) + c]),
+                Node::Length(Length::Facet, _) if self.mesh.shape == Cells::Cubes => {
+                    let of = |v| self.mesh.facet_length(v, placement.facet);
+                    fill(&|c| of(&s.vertices[c]));
+                }
                 Node::Length(length, side) => {
                     let facet = (self.work.domain != Domain::Cells).then_some(placement.facet);
                     // The facet is one of both cells, by its number in the first.

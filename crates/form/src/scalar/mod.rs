@@ -53,7 +53,7 @@ pub struct Leaf {
     pub side: Side,
 }
 
-/// What a code may take for the size h of a cell; a form has its diameter.
+/// A length of a cell: one that a form names, or that a code may take for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Length {
     /// The longest edge.
@@ -98,6 +98,16 @@ pub enum Node {
 }
 
 impl Length {
+    /// Its name in forms; that of the inradius is in none.
+    pub fn name(self) -> &'static str {
+        match self {
+            Length::Diameter => "h",
+            Length::Circumradius => "circumradius",
+            Length::Inradius => "inradius",
+            Length::Facet => "facet_length",
+        }
+    }
+
     /// Of a cell; with a facet of it, if it is one of a facet.
     pub fn of(self, cell: &CellGeometry, facet: Option<usize>) -> f64 {
         let dim = cell.dim;

@@ -124,6 +124,13 @@ n = FacetNormal(mesh)
 {% if has_diameter %}
 h = CellDiameter(mesh)
 {% endif %}
+{% if has_circumradius %}
+circumradius = ufl.Circumradius(mesh)
+{% endif %}
+{% if has_facet_length %}
+{# UFL has the areas of facets of triangles only, and edges of facets in 3D. #}
+facet_length = {{ "ufl.MaxFacetEdgeLength(mesh)" if dim == 3 else "abs(ufl.geometry.FacetJacobianDeterminant(mesh))" if cell.is_cube else "ufl.FacetArea(mesh)" }}
+{% endif %}
 {% for parameter in parameters %}
 {{ parameter.name }} = {{ number(parameter.name) }}
 {% endfor %}

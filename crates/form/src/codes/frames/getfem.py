@@ -5,6 +5,7 @@ import getfem as gf
 
 
 {% include "read.py" %}
+{% include "lengths.py" %}
 
 gf.util_trace_level(0)
 gf.util_warning_level(0)
@@ -55,6 +56,23 @@ model.add_initialized_data("{{ parameter.name }}", {{ parameter.name }})
 corners = points[cells]
 longest = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))
 model.add_initialized_fem_data("h", space("FEM_{{ family }}({{ dim }},0)"), longest)  # the longest edge of each cell
+{% endif %}
+{% if has_circumradius %}
+model.add_initialized_fem_data("circumradius", space("FEM_PK({{ dim }},0)"), radii)
+{% endif %}
+{% if has_facet_length %}
+# A facet of a cell is found by its normal in the reference cell, and has its longest edge there.
+{% if cell.is_cube %}
+corner = np.array([[i >> k & 1 for k in range({{ dim }})] for i in range({{ 2**dim }})])
+normals = [corner[side].mean(axis=0)*2 - 1 for side in local]
+{% else %}
+normals = [[{{ dim }}**-0.5]*{{ dim }}, *(-np.eye({{ dim }}))]
+{% endif %}
+for i, normal in enumerate(normals):
+    model.add_initialized_fem_data(f"length{i}", space("FEM_{{ family }}({{ dim }},0)"), [longest_edge(face) for face in faces[:, i].tolist()])
+model.add_macro("own_normal", "Normalized(element_K'*Normal)")
+steps = [f"length{i}*Heaviside(own_normal.[{','.join(map(str, normal))}] - 0.9)" for i, normal in enumerate(normals)]
+model.add_macro("facet_length", f"({' + '.join(steps)})")
 {% endif %}
 {% for datum in data %}
 {% for part in datum.parts %}

@@ -17,6 +17,7 @@ import scipy.sparse
 from scipy.sparse.linalg import splu
 
 {% include "read.py" %}
+{% include "lengths.py" %}
 
 mesh = mfem.Mesh({{ dim }}, len(points), len(cells), 0, {{ dim }})
 for place in points.tolist():
@@ -31,6 +32,9 @@ marked = np.array([number[tuple(sorted(vertices))] for vertices in facets.tolist
 outside = np.array([mesh.GetFaceElementTransformations(i).Elem2No < 0 for i in range(mesh.GetNumFaces())])
 corners = points[cells]
 diameter = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3).max(axis=(1, 2))  # the longest distance of two vertices
+{% if has_facet_length %}
+lengths = np.array([longest_edge(vertices_of(i)) for i in range(mesh.GetNumFaces())])
+{% endif %}
 
 
 def space(collection):
@@ -81,7 +85,7 @@ def sample(kind, rule, entities, side=0):
                 normal = mfem.Vector({{ dim }})
                 mfem.CalcOrtho(T.Jacobian(), normal)
                 normal = normal.GetDataArray()/np.linalg.norm(normal.GetDataArray())
-            row = [cell, weight*T.Weight(), np.array(own.Transform(at))[:{{ dim }}], normal.copy()]
+            row = [cell, i, weight*T.Weight(), np.array(own.Transform(at))[:{{ dim }}], normal.copy()]
             for each in [*spaces, *others]:
                 element = each.V.GetFE(cell)
                 value, slope = mfem.Vector(element.GetDof()), mfem.DenseMatrix(element.GetDof(), {{ dim }})
@@ -91,7 +95,7 @@ def sample(kind, rule, entities, side=0):
             all.append(row)
     shape = len(entities), len(rule[1])
     arrays = [np.array(each).reshape(*shape, *np.shape(each[0])) for each in zip(*all)]
-    return SimpleNamespace(cell=arrays[0][:, 0], weights=arrays[1], x=arrays[2], n=arrays[3], tables=arrays[4:])
+    return SimpleNamespace(cell=arrays[0][:, 0], entity=arrays[1][:, 0], weights=arrays[2], x=arrays[3], n=arrays[4], tables=arrays[5:])
 
 
 class Field(np.ndarray):
@@ -138,6 +142,12 @@ def given(at, s, axes, mark=""):
         return unknown(k, [at_points(k, spaces[k], each) for each in total[first[k] : first[k + 1]].reshape(sizes[k] or 1, -1)])
 
     found = {"h" + mark: np.expand_dims(diameter[at.cell[s]], tuple(range(1, axes + 2)))}
+{% if has_circumradius %}
+    found["circumradius" + mark] = np.expand_dims(radii[at.cell[s]], tuple(range(1, axes + 2)))
+{% endif %}
+{% if has_facet_length %}
+    found["facet_length"] = np.expand_dims(lengths[at.entity[s]], tuple(range(1, axes + 2)))  # on facets
+{% endif %}
 {% for u in unknowns %}
     found["{{ u.name }}" + mark] = of({{ loop.index0 }}, total)
 {% if time %}

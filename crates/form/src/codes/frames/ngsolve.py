@@ -38,6 +38,7 @@ from ngsolve import (
 )
 
 {% include "read.py" %}
+{% include "lengths.py" %}
 {% if time %}
 {{ time.t }} = ngsolve.Parameter({{ time.t }})  # changes from step to step
 {% endif %}
@@ -79,6 +80,14 @@ h = ngsolve.GridFunction(ngsolve.L2(mesh, order=0))  # the longest edge of each 
 h.vec.FV().NumPy()[:] = np.max(
     [np.linalg.norm(points[cells[:, i]] - points[cells[:, j]], axis=1) for i in range(cells.shape[1]) for j in range(i)], axis=0
 )
+{% endif %}
+{% if has_circumradius %}
+circumradius = ngsolve.GridFunction(ngsolve.L2(mesh, order=0))
+circumradius.vec.FV().NumPy()[:] = radii
+{% endif %}
+{% if has_facet_length %}
+facet_length = ngsolve.GridFunction(ngsolve.FacetFESpace(mesh, order=0))
+facet_length.vec.FV().NumPy()[:] = [longest_edge([v.nr for v in facet.vertices]) for facet in mesh.{{ "edges" if dim == 2 else "faces" }}]
 {% endif %}
 
 

@@ -6,6 +6,7 @@ from nutils import points as quadrature
 
 
 {% include "read.py" %}
+{% include "lengths.py" %}
 
 corners = np.sort(cells, axis=1)
 sides = {tuple(np.delete(cell, j)): (i, j) for i, cell in enumerate(corners.tolist()) for j in range({{ dim + 1 }})}
@@ -36,6 +37,20 @@ facet_rule = {{ rows(rules[1].points, 2) }}, {{ rows(rules[1].weights, 4) }}
 {% if has_diameter %}
 longest = np.linalg.norm(points[cells][:, :, None] - points[cells][:, None], axis=3).max(axis=(1, 2))
 h = function.get(longest, 0, topo.f_index)  # the longest edge of each cell
+{% endif %}
+{% if has_circumradius %}
+circumradius = function.get(radii, 0, topo.f_index)
+{% endif %}
+{% if has_facet_length %}
+lengths = np.array([[longest_edge(np.delete(cell, j).tolist()) for j in range({{ dim + 1 }})] for cell in corners])
+ones = np.ones((len(corners), {{ dim + 1 }}, 1))
+slopes = np.linalg.inv(np.concatenate([ones, points[corners]], axis=2))[:, 1:].transpose(0, 2, 1)  # of the barycentric coordinates
+slopes /= np.linalg.norm(slopes, axis=2)[:, :, None]
+# A facet of a cell is found by its normal.
+facet_length = sum(
+    function.get(lengths[:, j].copy(), 0, topo.f_index)*np.greater(-(function.get(slopes[:, j].copy(), 0, topo.f_index)*n).sum(0), 1 - 1e-9).astype(int)
+    for j in range({{ dim + 1 }})
+)
 {% endif %}
 
 

@@ -26,6 +26,7 @@ import skfem
 from scipy.sparse.linalg import splu
 
 {% include "read.py" %}
+{% include "lengths.py" %}
 {% if more.bends %}
 
 
@@ -58,6 +59,9 @@ facet_rule = np.array({{ rows(rules[1].points, 2) }}).T, np.array({{ rows(rules[
 number = {tuple(vertices): i for i, vertices in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}
 boundary = np.array([number[tuple(sorted(vertices))] for vertices in facets.tolist()])
 diameter = np.max([np.linalg.norm(mesh.p[:, mesh.t[i]] - mesh.p[:, mesh.t[j]], axis=0) for i in range(len(mesh.t)) for j in range(i)], axis=0)
+{% if has_facet_length %}
+lengths = np.array([longest_edge(vertices) for vertices in mesh.facets.T.tolist()])
+{% endif %}
 {% for datum in data %}
 {% for part in datum.parts %}
 
@@ -127,7 +131,7 @@ def of_element(basis, element, mark):
 
 def given(basis, mark=""):
     """The unknowns and data at the points of a basis."""
-    of_cells = diameter[basis.tind if hasattr(basis, "tind") and basis.tind is not None else slice(None)]
+    index = basis.tind if hasattr(basis, "tind") and basis.tind is not None else slice(None)
     all = {{ interpolated_from(unknowns|map(attribute="name")|list, "total") }}
 {% if time %}
     all.update({{ interpolated_from(unknowns|map(attribute="old")|list, "before") }})
@@ -136,7 +140,14 @@ def given(basis, mark=""):
     own = of_element(basis, skfem.Element{{ kind }}{{ "" if cell.is_cube else "P" }}{{ each.degree }}(), mark)
     all["{{ each.name }}" + mark] = own.interpolate({{ each.name }}(*own.doflocs))
 {% endfor %}
-    return {**all, "h" + mark: of_cells[:, None] + 0*basis.dx}
+{% if has_circumradius %}
+    all["circumradius" + mark] = radii[index][:, None] + 0*basis.dx
+{% endif %}
+{% if has_facet_length %}
+    if isinstance(basis, skfem.FacetBasis):
+        all["facet_length"] = lengths[basis.find][:, None] + 0*basis.dx
+{% endif %}
+    return {**all, "h" + mark: diameter[index][:, None] + 0*basis.dx}
 
 
 # Dirichlet values; where two groups share a dof, the later one counts.
