@@ -8,8 +8,9 @@ use super::python::{RESERVED as PYTHON, USUAL};
 use super::speaker::Speaker;
 use super::table::{Code, Sharing};
 use super::ufl::{UFL, ufl};
+use crate::grid::Cells;
 use crate::problem::{Domain, Element, Problem, Space};
-use crate::scalar::{Field, Id, Node};
+use crate::scalar::{Field, Id, Length, Node};
 
 /// dolfinx in the system's Python, where packages of Linux distributions put it. The form is the user's text.
 pub const CODE: Code = Code {
@@ -24,6 +25,13 @@ pub const CODE: Code = Code {
     element,
     sharing: Sharing::Own,
     points: (["x[0]", "x[1]", "x[2]"], ".value"),
+    // UFL's `MaxFacetEdgeLength` does not compile in dolfinx 0.5; the edges of a curved facet are not in its Jacobian matrix.
+    lacks: |problem| match problem.cells {
+        Cells::Cubes if problem.dim == 3 && problem.has_length(Length::Facet) => {
+            Err("scripts for dolfinx have no facet_length on hexahedra".into())
+        }
+        _ => Ok(()),
+    },
     more,
     ..USUAL
 };

@@ -186,7 +186,7 @@ impl<'a> Reader<'a> {
             matches!(node, Node::Normal(..) | Node::Length(..))
         };
         if nodes.iter().any(is_of_cells) {
-            let what = "n, h or another length of cells in a function of the point";
+            let what = "n or h in a function of the point";
             return Err(fault(term, what, "use these in F"));
         }
         match self.scalars.length(id) <= MOST_LENGTH {

@@ -128,8 +128,11 @@ h = CellDiameter(mesh)
 circumradius = ufl.Circumradius(mesh)
 {% endif %}
 {% if has_facet_length %}
-{# UFL has the areas of facets of triangles only, and edges of facets in 3D. #}
-facet_length = {{ "ufl.MaxFacetEdgeLength(mesh)" if dim == 3 else "abs(ufl.geometry.FacetJacobianDeterminant(mesh))" if cell.is_cube else "ufl.FacetArea(mesh)" }}
+edges = [ufl.geometry.FacetJacobian(mesh)[:, k] for k in range({{ dim - 1 }})]  # from one vertex of the facet
+{% if dim == 3 %}
+edges.append(edges[1] - edges[0])
+{% endif %}
+facet_length = sqrt({{ "max_value(max_value(" if dim == 3 }}dot(edges[0], edges[0]){{ ", dot(edges[1], edges[1])), dot(edges[2], edges[2]))" if dim == 3 }})
 {% endif %}
 {% for parameter in parameters %}
 {{ parameter.name }} = {{ number(parameter.name) }}
