@@ -342,9 +342,7 @@ impl Names<'_> {
                 ("data", term.as_ref(), Some(name.clone()))
             }
             Change::One { datum } => ("one", None, Some(problem.data[*datum].name.clone())),
-            Change::Size { term, of, .. } => {
-                ("size", term.as_ref(), Some(of.name().to_owned()))
-            }
+            Change::Size { term, of, .. } => ("size", term.as_ref(), Some(of.name().to_owned())),
             Change::Normal { term } => ("normal", term.as_ref(), Some("n".to_owned())),
             Change::Coordinates { .. } => ("coordinates", None, None),
             Change::Slope { unknown, .. } => {

@@ -462,8 +462,7 @@ fn rules_and_data_at_centres_are_named() {
 #[test]
 fn sizes_of_cells_and_normals_are_named() {
     let mesh = square(5);
-    let form = parse(PENALTY, &mesh);
-    let replaced = |with: &dyn Fn(&mut Scalars, Node) -> Option<Id>| {
+    let replaced = |text: &str, with: &dyn Fn(&mut Scalars, Node) -> Option<Id>| {
         let change = |p: &mut Problem| {
             let terms = p.integrals.iter_mut().flat_map(|i| i.terms.values_mut());
             for value in terms {
@@ -472,26 +471,36 @@ fn sizes_of_cells_and_normals_are_named() {
                     .map(*value, &mut |scalars, node| with(scalars, node));
             }
         };
-        exact(&form, &put(PENALTY, &form, &mesh, change))
+        let form = parse(text, &mesh);
+        exact(&form, &put(text, &form, &mesh, change))
     };
     for length in [Length::Circumradius, Length::Inradius, Length::Facet] {
-        let found = replaced(&|scalars, node| match node {
+        let found = replaced(PENALTY, &|scalars, node| match node {
             Node::Length(_, side) => Some(scalars.push(Node::Length(length, side))),
             _ => None,
         });
         assert_eq!(found[0], format!("h Of({length:?})"), "{found:?}");
     }
+    let facets = PENALTY.replace("avg(h)", "facet_length");
+    let facets = facets.replace("/h", "/facet_length");
+    let found = replaced(&facets, &|scalars, node| match node {
+        Node::Length(Length::Facet, side) => {
+            Some(scalars.push(Node::Length(Length::Diameter, side)))
+        }
+        _ => None,
+    });
+    assert_eq!(found[0], "facet_length Of(Diameter)", "{found:?}");
     let largest = (0..mesh.cells_of(CellKind::Triangle).count()).map(|cell| {
         let mesh = Triangulation::new("square", &mesh).expect("it is sound");
         mesh.geometry(cell).diameter
     });
     let largest = largest.fold(0.0, f64::max);
-    let found = replaced(&|scalars, node| match node {
+    let found = replaced(PENALTY, &|scalars, node| match node {
         Node::Length(..) => Some(scalars.number(largest)),
         _ => None,
     });
     assert_eq!(found[0], "h Largest", "{found:?}");
-    let found = replaced(&|scalars, node| match node {
+    let found = replaced(PENALTY, &|scalars, node| match node {
         Node::Normal(..) => {
             let n = scalars.push(node);
             Some(scalars.negative(n))

@@ -272,7 +272,7 @@ fn wrong_files_are_refused_with_their_place() {
         (
             "force = \"x*y\"",
             "force = \"¦sin(n[0])\"",
-            "n or h in a function of the point",
+            "n in a function of the point; use n in F",
         ),
         (
             "force = \"x*y\"",

@@ -181,13 +181,14 @@ impl<'a> Reader<'a> {
     pub fn formula(&mut self, term: &Term) -> Result<Id> {
         let id = self.scalar(term)?;
         let nodes = self.scalars.nodes_of([id]);
-        let is_of_cells = |id: &Id| {
-            let node = self.scalars.node(*id);
-            matches!(node, Node::Normal(..) | Node::Length(..))
-        };
-        if nodes.iter().any(is_of_cells) {
-            let what = "n or h in a function of the point";
-            return Err(fault(term, what, "use these in F"));
+        let of_cells = nodes.iter().find_map(|id| match self.scalars.node(*id) {
+            Node::Normal(..) => Some("n"),
+            Node::Length(length, _) => Some(length.name()),
+            _ => None,
+        });
+        if let Some(name) = of_cells {
+            let what = format!("{name} in a function of the point");
+            return Err(fault(term, what, format!("use {name} in F")));
         }
         match self.scalars.length(id) <= MOST_LENGTH {
             true => Ok(id),

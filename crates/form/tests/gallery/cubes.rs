@@ -216,6 +216,11 @@ fn what_is_not_there_is_told() {
         error.starts_with("n.toml:5:12: a second derivative on quadrangles"),
         "{error}"
     );
+    let error = refused(&text.replace("u*v*dx", "circumradius*u*v*dx"), &mesh);
+    assert!(
+        error.starts_with("n.toml:5:6: quadrangles have no circumradius"),
+        "{error}"
+    );
     let cubic = text.replace(
         "[form]",
         "[data]\nf = {expr = \"x\", space = \"P3\"}\n[form]",

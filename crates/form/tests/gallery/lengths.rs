@@ -37,7 +37,10 @@ facet_degree = 2
     assert_eq!(lacking(text, &cube()), NONE);
     let sides = penalty("avg(circumradius)").replace("facet_length", "circumradius");
     assert_eq!(lacking(&sides, &square()), NONE);
-    let sides = sides.replace("avg(circumradius)", "max(circumradius('+'), circumradius('-'))");
+    let sides = sides.replace(
+        "avg(circumradius)",
+        "max(circumradius('+'), circumradius('-'))",
+    );
     assert_eq!(lacking(&sides, &square()), NONE);
 }
 
