@@ -48,14 +48,22 @@ facet_degree = 2
 fn lengths_of_facets() {
     assert_eq!(lacking(&penalty("facet_length"), &square()), NONE);
     assert_eq!(lacking(&penalty("avg(facet_length)"), &cube()), ["freefem"]);
-    // Without integrals between cells.
+    // Without integrals between cells; names are those that scripts give to lengths.
     let text = r#"
 name = "nitsche"
 [spaces]
 u = "P1"
+[parameters]
+edge = 10.0
+slope = 0.5
+[data]
+radii = "y"
+edges = { expr = "exp(x)", space = "P1" }
+length = ["x", "y", "x*y"]
 [form]
 F = """
-inner(grad(u), grad(v))*dx - exp(x)*v*dx - dot(grad(u), n)*v*ds - dot(grad(v), n)*(u - y)*ds + 10/facet_length*(u - y)*v*ds
+inner(grad(u), grad(v))*dx - edges*v*dx - dot(grad(u), n)*v*ds - dot(grad(v), n)*(u - radii)*ds + edge/facet_length*(u - radii)*v*ds
+- slope*dot(length, grad(v))*circumradius*dx
 """
 degree = 2
 facet_degree = 2

@@ -132,7 +132,8 @@ edges = [ufl.geometry.FacetJacobian(mesh)[:, k] for k in range({{ dim - 1 }})]  
 {% if dim == 3 %}
 edges.append(edges[1] - edges[0])
 {% endif %}
-facet_length = sqrt({{ "max_value(max_value(" if dim == 3 }}dot(edges[0], edges[0]){{ ", dot(edges[1], edges[1])), dot(edges[2], edges[2]))" if dim == 3 }})
+{% set squares = "dot(edges[%], edges[%])"|each(2*dim - 3, 0) %}
+facet_length = sqrt({{ squares[0] if dim == 2 else "max_value(max_value(" ~ squares[0] ~ ", " ~ squares[1] ~ "), " ~ squares[2] ~ ")" }})
 {% endif %}
 {% for parameter in parameters %}
 {{ parameter.name }} = {{ number(parameter.name) }}

@@ -46,11 +46,11 @@ lengths = np.array([[longest_edge(np.delete(cell, j).tolist()) for j in range({{
 ones = np.ones((len(corners), {{ dim + 1 }}, 1))
 slopes = np.linalg.inv(np.concatenate([ones, points[corners]], axis=2))[:, 1:].transpose(0, 2, 1)  # of the barycentric coordinates
 slopes /= np.linalg.norm(slopes, axis=2)[:, :, None]
-# A facet of a cell is found by its normal.
-facet_length = sum(
-    function.get(lengths[:, j].copy(), 0, topo.f_index)*np.greater(-(function.get(slopes[:, j].copy(), 0, topo.f_index)*n).sum(0), 1 - 1e-9).astype(int)
-    for j in range({{ dim + 1 }})
-)
+# The facet of a cell is found by its normal.
+facet_length = 0.0
+for j in range({{ dim + 1 }}):
+    length, slope = [function.get(each[:, j].copy(), 0, topo.f_index) for each in (lengths, slopes)]
+    facet_length += length*np.less((slope*n).sum(0), 1e-9 - 1).astype(int)
 {% endif %}
 
 
