@@ -37,6 +37,7 @@ facet_degree = 2
     assert_eq!(lacking(text, &cube()), NONE);
     let sides = penalty("avg(circumradius)").replace("facet_length", "circumradius");
     assert_eq!(lacking(&sides, &square()), NONE);
+    assert_eq!(lacking(&sides, &cube()), ["freefem"]);
     let sides = sides.replace(
         "avg(circumradius)",
         "max(circumradius('+'), circumradius('-'))",
