@@ -119,8 +119,8 @@ pub(super) fn status(search: &Search) -> Option<Entry> {
     Some(Entry::known(left, found))
 }
 
-/// For each contact face with a row that fails what any functional on it adds to the rows, over their sizes; none where they are many, or where
-/// the law has no functionals.
+/// What a functional at each point adds to the rows, over their sizes, for each contact face that has a row which fails; none where such faces
+/// are many, or where the law has no functionals.
 pub(super) fn functionals(search: &Search) -> Option<Vec<Vec<Vec<f64>>>> {
     let points = search.problem.by_status(search.u);
     let is_failing = |face: &&Vec<Vec<(u32, f64)>>| {

@@ -33,7 +33,7 @@ pub(super) struct Changes<'a> {
 }
 
 impl<'a> Changes<'a> {
-    /// Those of which something is left that differs.
+    /// The entries that change a row, with what they add to each.
     pub fn new(search: &Search<'a>, entries: Vec<Entry>) -> Self {
         let mut all = Changes {
             setup: search.setup,
@@ -134,9 +134,7 @@ impl Scheme for Changes<'_> {
     }
 
     fn is_curved(&self, of: &[usize]) -> bool {
-        let is_known = |k: &usize| matches!(self.entries[*k].make, Make::Known(_));
-        !of.iter().any(is_known) && !of.iter().all(|k| self.entries[*k].make.is_whole())
-            || of.len() > 1
+        of.len() > 1 || of.iter().any(|k| !self.entries[*k].make.is_whole())
     }
 
     fn rank(&self, change: usize, number: f64) -> usize {

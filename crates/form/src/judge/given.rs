@@ -23,6 +23,9 @@ const WRITTEN: f64 = 4.0;
 /// A penalty leaves no more than this part of the rows that it explains.
 const EXPLAINED: f64 = 1e-6;
 
+/// Differences of which rounding is more than this part explain nothing.
+const CLEAR: f64 = 0.1;
+
 /// A dof on a facet of a condition.
 struct Place {
     dof: usize,
@@ -130,7 +133,7 @@ impl Values<'_> {
         (self.residual.u[dof] - value).abs() <= self.same
     }
 
-    /// The places of a condition, of those that are no other's as well, whose value is none that is given there.
+    /// The places that no later condition has taken over, and whose value is none of those that are given there.
     fn off<'b>(&'b self, k: usize, condition: &'b Condition) -> impl Iterator<Item = &'b Place> {
         let is_off = move |place: &&Place| {
             let given = &self.given[&place.dof];
@@ -340,7 +343,9 @@ impl Values<'_> {
                 ((r + k * m).abs() - digits).max(0.0)
             });
             let rest: Vec<f64> = rest.collect();
-            let is_it = k > 0.0 && dofs.len() > 1 && largest(&rest) <= EXPLAINED * largest(&r);
+            let has_digits = k * self.same <= CLEAR * largest(&r);
+            let is_small = largest(&rest) <= EXPLAINED * largest(&r);
+            let is_it = k > 0.0 && has_digits && is_small && dofs.len() > 1;
             let change = Change::Penalty { by };
             is_it.then_some(Cause { change, factor: k })
         })

@@ -72,7 +72,19 @@ fn other_dirichlet_values_are_named() {
             assert_eq!(of("1e6", "1e6"), "Integrated 1000000");
             assert_eq!(of("20/h", "20/h"), "OverH 20");
             assert_eq!(of("1e4", "1e6"), "");
+            // A penalty beyond all digits is the projection by the rule of the form; here on one side alone.
+            let alone = text
+                .replace("bottom = \"sin(3*(x + y))\"", "")
+                .replace("y^2", "exp(3*y)");
+            let edits = [
+                ("left = \"exp(3*y)\"", ""),
+                (term, &*format!("{term} + 1e15*(u - exp(3*y))*v*ds(left)")),
+            ];
+            let projected = told_of_values(&alone, &edits, &mesh);
+            assert_eq!(projected, "Projected(\"gauss-3\") 1 on left");
         }
+        // Nor are values that are off by a few roundings.
+        assert_eq!(bottom("bottom = \"sin(3*(x + y)) + 4e-12*sin(40*x)\""), "");
         // What is not known is not called one.
         assert_eq!(bottom("bottom = \"sin(3*(x + y)) + 1e-3*sin(7*x)\""), "");
         assert_eq!(of("left = \"y^2\"", "left = \"y^3\""), "");
