@@ -8,8 +8,8 @@ use super::model::{
 };
 use super::orders::{orders_figure, over_n};
 use crate::campaigns::face_off::{
-    Diagnosis, FaceOffOutcome, OfField, OfForm, OfNumber, OfOrder, OfPair, RowOfNumber, RunOf,
-    short, worst as worst_time,
+    Diagnosis, FaceOffOutcome, OfField, OfForm, OfMeeting, OfNumber, OfOrder, OfPair, RowOfNumber,
+    RunOf, short, worst as worst_time,
 };
 use crate::run::convergence::Found;
 use crate::run::{Judged, Label, Same};
@@ -41,6 +41,10 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
             let folded = Block::folded(caption, "", vec![pairs_table(field, &all).into()]);
             rest.push(Block::Page(vec![folded]));
         }
+        if !field.meetings.is_empty() {
+            let words = text!("What codes converge to in `{field.field}`");
+            rest.push(Block::Titled(words, meetings_table(&field.meetings)));
+        }
         if !field.orders.is_empty() {
             let times = field
                 .errors_of
@@ -56,6 +60,10 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         let words = text!("`{number.number}`{exact}");
         Block::Titled(words, number_table(number))
     }));
+    for number in of.numbers.iter().filter(|of| !of.extrapolated.is_empty()) {
+        let words = text!("What `{number.number}` converges to");
+        rest.push(Block::Titled(words, extrapolated_table(number)));
+    }
     if let Some(first) = of.in_form.first() {
         let words = text!("The results in the form{}", first.level.at());
         rest.push(Block::Titled(words, in_form_table(&of.in_form)));
@@ -196,6 +204,14 @@ fn odd_order(of: &FaceOffOutcome) -> Option<&OfOrder> {
     orders.find(|o| o.verdict == Some(Verdict::Disagree))
 }
 
+/// What each two codes converge to, with the name of the field or number.
+fn meetings(of: &FaceOffOutcome) -> impl Iterator<Item = (&str, &OfMeeting)> {
+    let fields = of.fields.iter().map(|f| (&*f.field, &f.meetings));
+    let numbers = of.numbers.iter().map(|n| (&*n.number, &n.meetings));
+    let all = fields.chain(numbers);
+    all.flat_map(|(name, all)| all.iter().map(move |of| (name, of)))
+}
+
 /// What was seen of an order that is too low, or of what does not fall to 0.
 fn observed(of: &OfOrder) -> Text {
     let limits = ["L²", "H¹"].into_iter().zip(of.limits);
@@ -251,6 +267,7 @@ fn lede(of: &FaceOffOutcome) -> Text {
     let wrong = wrong.filter_map(|of| Some((of, &of.wrong()?.sentence)));
     told.extend(wrong.map(|(of, words)| text!("`{of.code}`{}: {words}.", of.level.at())));
     told.extend(orders_of(of).filter_map(order_words));
+    told.extend(meetings(of).map(|(name, of)| text!("`{name}`: {}.", of.words())));
     told.extend(of.missing.iter().map(|of| message(&of.message)));
     let findings = of.diagnosis.iter().flat_map(|d| &d.findings);
     told.extend(findings.map(|finding| text!("{finding}.")));
@@ -274,7 +291,8 @@ fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
 fn is_untold(of: &FaceOffOutcome) -> bool {
     let mut pairs = of.fields.iter().flat_map(|f| &f.pairs);
     of.verdict == Verdict::Undetermined
-        && orders_of(of).any(|order| order.verdict == Some(Verdict::Undetermined))
+        && (orders_of(of).any(|order| order.verdict == Some(Verdict::Undetermined))
+            || meetings(of).any(|(_, of)| of.verdict == Verdict::Undetermined))
         && pairs.all(|pair| pair.compared.field.reason.is_none())
 }
 
@@ -387,6 +405,38 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair]) -> Table {
     .known()
 }
 
+/// What each two codes converge to.
+fn meetings_table(all: &[OfMeeting]) -> Table {
+    let order = |of: &OfMeeting, k: usize| {
+        let order = of.found.courses[k].and_then(|course| course.order);
+        order.map(|order| Cell::fixed(order, 2))
+    };
+    let part = |of: &OfMeeting, k: usize| {
+        let away = of.found.courses[k].map(|course| course.away);
+        away.map(|away| away / of.found.scale)
+    };
+    table!("", all, |of|
+        "codes" => format!("{} – {}", of.a, of.b),
+        "order of the first" => order(of, 0),
+        "of the second" => order(of, 1),
+        "first from its limit" => part(of, 0),
+        "second from its limit" => part(of, 1),
+        "limits apart, at most" => of.found.interval.map(|[_, high]| high / of.found.scale),
+        "allowed" => of.found.bound / of.found.scale,
+        "verdict" => of.verdict,
+    )
+}
+
+/// Richardson's value of each code.
+fn extrapolated_table(of: &OfNumber) -> Table {
+    table!("", &of.extrapolated, |(code, found)|
+        "code" => code,
+        "limit" => text!("{}", Number::new(found.value, 8)),
+        "±" => found.room,
+        "order" => found.order.map(|order| Cell::fixed(order, 2)),
+    )
+}
+
 /// What the result of each code leaves of the form.
 fn in_form_table(all: &[OfForm]) -> Table {
     table!("", all, |of|
@@ -496,6 +546,18 @@ fn cases(of: &FaceOffOutcome) -> Vec<TestCase> {
             Some(test(name, order.verdict?, why))
         }));
     }
+    cases.extend(meetings(of).map(|(name, of)| {
+        let why = if of.verdict.passes() {
+            String::new()
+        } else {
+            of.words().to_string()
+        };
+        test(
+            format!("limit of {name}, {} – {}", of.a, of.b),
+            of.verdict,
+            why,
+        )
+    }));
     for number in &of.numbers {
         let judged = number.rows.iter().filter(|row| row.judged);
         cases.extend(judged.map(|row| {

@@ -1,5 +1,6 @@
 //! A field of all codes: taken from what each wrote, and each pair compared at each time.
 
+use super::meetings;
 use super::orders::orders;
 use super::times::{of_one, rows};
 use super::{OfField, OfPair, Player, Rung, pairs};
@@ -180,19 +181,43 @@ pub(super) fn judge(
             found.push(orders(asked, &levels, of, against, steps)?);
         }
     }
+    let mut meetings = Vec::new();
+    if let Some(finest) = rungs.last().filter(|_| meetings::is_asked(asked, rungs)) {
+        let of = |k: usize, rung: &Rung| {
+            let of = side(players, rung, k)?;
+            let file = file_of(of.left, asked, of.code).ok()?;
+            let last = *of_one(&asked.times, &file.times).last()?;
+            extract(file, last, asked, of.code).ok()
+        };
+        let is_of =
+            |p: &OfPair, a: &str, b: &str| p.level == finest.level.label && p.a == a && p.b == b;
+        let verdict = |a: &str, b: &str| {
+            let all = pairs_found.iter().filter(|p| is_of(p, a, b));
+            all.map(|p| p.compared.field.verdict).max()
+        };
+        meetings = meetings::of_field(players, rungs, asked, &of, &verdict)?;
+        // What the limits say counts, and not the error that is left on the finest level.
+        for pair in &mut pairs_found {
+            let is_settled = meetings.iter().any(|of| is_of(pair, &of.a, &of.b));
+            let differs = pair.compared.field.verdict == Verdict::Disagree;
+            pair.judged &= !(is_settled && differs);
+        }
+    }
     let of_pairs = pairs_found
         .iter()
         .filter(|p| p.judged)
         .map(|p| p.compared.field.verdict);
     let of_orders = found.iter().filter_map(|o| o.verdict);
+    let of_meetings = meetings.iter().map(|of| of.verdict);
     Ok(OfField {
         field: asked.name.clone(),
         same: asked.same,
         times: asked.times.clone(),
         errors_of: errors_of(players, asked, rungs),
-        verdict: Verdict::of_all(of_pairs.chain(of_orders)),
+        verdict: Verdict::of_all(of_pairs.chain(of_orders).chain(of_meetings)),
         pairs: pairs_found,
         orders: found,
+        meetings,
     })
 }
 

@@ -5,6 +5,7 @@ mod cause;
 mod diagnosis;
 mod fields;
 mod in_form;
+mod meetings;
 mod numbers;
 mod orders;
 mod times;
@@ -20,6 +21,7 @@ pub use cause::{Cause, Finding};
 pub use diagnosis::{Change, Diagnosis, Moved};
 pub use fields::worst;
 pub use in_form::OfForm;
+pub use meetings::{Extrapolated, OfMeeting};
 pub use times::short;
 
 use crate::engine::{self, How, Left, Progress, Task};
@@ -126,6 +128,9 @@ pub struct OfField {
     pub pairs: Vec<OfPair>,
     /// On several levels, where the solution is known or the codes share the problem only.
     pub orders: Vec<OfOrder>,
+    /// On three levels or more, where codes share the problem only and no order is asked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub meetings: Vec<OfMeeting>,
 }
 
 /// Two codes on one level, at one time.
@@ -181,6 +186,12 @@ pub struct OfNumber {
     pub exact: Option<f64>,
     /// One a level.
     pub rows: Vec<RowOfNumber>,
+    /// As of fields.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub meetings: Vec<OfMeeting>,
+    /// Where codes share the problem only: what the number of each converges to, by code.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub extrapolated: BTreeMap<String, Extrapolated>,
 }
 
 /// A number on one level.

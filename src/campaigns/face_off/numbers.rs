@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{OfNumber, Player, RowOfNumber, Rung, pairs};
+use super::{OfNumber, Player, RowOfNumber, Rung, meetings, pairs};
 use crate::run::{Asked, Same};
 use faceoff_judge::Verdict;
 
@@ -12,13 +12,19 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
         let formula = asked.exact.first()?.at(&rung.parameters, 0.0).ok()?;
         Some(formula.value([0.0; 3]))
     };
+    let each = rungs.iter().map(|rung| known(players, asked, rung));
+    let all: Vec<BTreeMap<String, f64>> = each.collect();
+    let meetings = match meetings::is_asked(asked, rungs) {
+        true => meetings::of_number(players, rungs, asked, &all),
+        false => Vec::new(),
+    };
     let mut rows = Vec::new();
     for (level, rung) in rungs.iter().enumerate() {
         let is_finest = level + 1 == rungs.len();
         let exact = exact_on(rung);
         let is_compared = asked.same == Same::Discretisation || is_finest && asked.rtol.is_finite();
         let against = exact.zip(asked.exact_rtol).filter(|_| is_finest);
-        let mut values = BTreeMap::new();
+        let values = all[level].clone();
         let mut told: Vec<(Verdict, String)> = Vec::new();
         for (player, left) in players.iter().zip(&rung.left) {
             let name = asked.name_in(player.code.name());
@@ -38,9 +44,7 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
                         format!("{} has {value}", player.name),
                     ));
                 }
-                Some(Some(value)) => {
-                    values.insert(player.name.clone(), *value);
-                }
+                Some(Some(_)) => {}
             }
         }
         for (i, j) in pairs(players) {
@@ -48,6 +52,10 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
             let (Some(a), Some(b)) = (values.get(name_a), values.get(name_b)) else {
                 continue;
             };
+            // What the limits say counts, and not the error that is left on the finest level.
+            if meetings.iter().any(|of| &of.a == name_a && &of.b == name_b) {
+                continue;
+            }
             let (far, scale) = ((a - b).abs(), a.abs().max(b.abs()));
             if is_compared && far > (asked.rtol * scale).max(asked.atol) {
                 let far = apart(far, scale);
@@ -88,12 +96,28 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
                 .join("; "),
         });
     }
+    let of_rows = rows.iter().filter(|row| row.judged).map(|row| row.verdict);
     OfNumber {
         number: asked.name.clone(),
-        verdict: Verdict::of_all(rows.iter().filter(|row| row.judged).map(|row| row.verdict)),
+        verdict: Verdict::of_all(of_rows.chain(meetings.iter().map(|of| of.verdict))),
+        extrapolated: match asked.same {
+            Same::Problem => meetings::extrapolated(rungs, &all),
+            Same::Discretisation => BTreeMap::new(),
+        },
+        meetings,
         exact: rungs.last().and_then(exact_on),
         rows,
     }
+}
+
+/// The finite numbers on one level, by code.
+fn known(players: &[Player], asked: &Asked, rung: &Rung) -> BTreeMap<String, f64> {
+    let each = players.iter().zip(&rung.left).filter_map(|(player, left)| {
+        let name = asked.name_in(player.code.name());
+        let value = left.as_ref()?.numbers.get(name).copied();
+        Some((player.name.clone(), value.filter(|x| x.is_finite())?))
+    });
+    each.collect()
 }
 
 /// In words: relative to the larger one, unless that is 0.

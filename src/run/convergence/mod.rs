@@ -3,11 +3,13 @@
 
 mod fit;
 mod limit;
+mod meeting;
 
 use serde::Serialize;
 
 pub use fit::{Fit, Observed, Order, check_meshes};
 pub use limit::{Found, Limit};
+pub use meeting::{Course, Meeting};
 
 use faceoff_fem::scene::Expression;
 use faceoff_judge::{Intersection, MatchBy, Norms, Settings, Size, compare_results, error_against};

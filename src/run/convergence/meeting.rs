@@ -1,0 +1,362 @@
+//! Do two codes converge to the same thing, with no exact solution and no order of theory?
+//!
+//! All that is known are distances between results: of each code on each level, and of each to all others. By them each code has an
+//! order of its own, from how far it moves from level to level, and an extrapolated result X = uₖ + α (uₖ - uₖ₋₁), α = 1/(rᵖ - 1),
+//! where r is the ratio of the sizes (L. F. Richardson, 1911). The distance of two such results needs no values of theirs: for
+//! coefficients with Σcᵢ = 0, |Σ cᵢ uᵢ|² = -½ Σ cᵢ cⱼ |uᵢ - uⱼ|². Numbers are results whose distance is |a - b|.
+//!
+//! X is off by at most twice the sum of how far it is from the one of the level before, of what another order nearby changes in it, and of
+//! a tenth of its step. With second terms of up to 40 % of the first on the coarsest of three levels that holds for orders from 1/2 to
+//! 4. Two limits are apart only if the finest results are apart by more than three times what either still moves as well.
+
+use serde::Serialize;
+
+use super::limit::Found;
+use crate::text::{Number, Text, text};
+
+/// Orders that theory knows.
+const NATURAL: [f64; 11] = [
+    0.5,
+    2.0 / 3.0,
+    1.0,
+    4.0 / 3.0,
+    1.5,
+    2.0,
+    2.5,
+    3.0,
+    4.0,
+    5.0,
+    6.0,
+];
+/// What moves with a lower order does not converge on these levels.
+const LEAST: f64 = 0.3;
+/// Orders of two neighbouring triples that differ by more are no orders yet.
+const STEADY: f64 = 1.0;
+/// Of the room of an extrapolated result.
+const SAFE: f64 = 2.0;
+/// Of what the finest results still move.
+const FAR: f64 = 3.0;
+/// A step of less than this part of the size is rounding.
+const ROUNDING: f64 = 1e-12;
+/// One code is nearer if the other is so many times farther from its limit.
+const NEARER: f64 = 2.0;
+
+/// How one code converges by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Course {
+    /// From the last three levels; none where the last step is rounding.
+    pub order: Option<f64>,
+    /// About how far its finest result is from its limit.
+    pub away: f64,
+    /// How far the extrapolated result may be from the limit.
+    pub room: f64,
+    /// α: the extrapolated result is uₖ + α (uₖ - uₖ₋₁).
+    #[serde(skip)]
+    pub factor: f64,
+    /// At least what is left to go, if the order is no higher than 1.
+    #[serde(skip)]
+    left: f64,
+}
+
+/// What two codes converge to, beside each other.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Meeting {
+    /// Is that the same?
+    pub found: Found,
+    /// The distance of the limits; none where one does not converge on these levels.
+    pub interval: Option<[f64; 2]>,
+    /// Limits that are nearer than this are one.
+    pub bound: f64,
+    /// The size of the finest results.
+    pub scale: f64,
+    /// Each by itself; none where it does not converge on these levels.
+    pub courses: [Option<Course>; 2],
+    /// The finer level that would say more, as one would type it.
+    pub add: Option<String>,
+}
+
+/// Distances of the results of one code, or of two: of code and level, the coarsest level first.
+pub type Distance<'a> = &'a dyn Fn([usize; 2], [usize; 2]) -> f64;
+
+impl Course {
+    /// Of one code's results at falling sizes; none of fewer than three levels, or where it does not converge on them.
+    pub fn new(code: usize, sizes: &[f64], scale: f64, distance: Distance) -> Option<Self> {
+        let last = sizes.len().checked_sub(1)?;
+        let step = |k: usize| distance([code, k], [code, k + 1]);
+        let seen = |k: usize| {
+            observed(
+                [sizes[k], sizes[k + 1], sizes[k + 2]],
+                step(k) / step(k + 1),
+            )
+        };
+        if last < 2 || sizes.windows(2).any(|pair| !(pair[0] > pair[1])) {
+            return None;
+        }
+        let moved = step(last - 1);
+        if moved <= ROUNDING * scale {
+            return Some(Course {
+                order: None,
+                away: moved,
+                room: moved,
+                factor: 0.0,
+                left: moved,
+            });
+        }
+        let order = seen(last - 2).filter(|order| *order >= LEAST)?;
+        if last > 2 && !seen(last - 3).is_some_and(|before| (before - order).abs() <= STEADY) {
+            return None;
+        }
+        let near = |p: &f64| (p / order).ln().abs();
+        let natural = NATURAL
+            .into_iter()
+            .min_by(|p, q| near(p).total_cmp(&near(q)))?;
+        let factor = |k: usize, p: f64| 1.0 / ((sizes[k] / sizes[k + 1]).powf(p) - 1.0);
+        let [fine, coarse] = [last - 1, last - 2].map(|k| factor(k, order.min(natural)));
+        // X of the finest levels less that of the level before.
+        let between = [
+            (last, 1.0 + fine),
+            (last - 1, -fine - 1.0 - coarse),
+            (last - 2, coarse),
+        ];
+        let between = norm(&between.map(|(k, c)| ([code, k], c)), distance);
+        let other = moved * (factor(last - 1, order) - factor(last - 1, natural)).abs();
+        Some(Course {
+            order: Some(order),
+            away: fine * moved,
+            room: SAFE * (between + other + 0.1 * fine * moved),
+            factor: fine,
+            left: factor(last - 1, order.min(1.0)) * moved,
+        })
+    }
+}
+
+impl Meeting {
+    /// Of two codes on the same levels, each with its own sizes. `rtol` is of `scale`.
+    pub fn new(sizes: [&[f64]; 2], scale: f64, rtol: f64, distance: Distance) -> Self {
+        let courses = [0, 1].map(|code| Course::new(code, sizes[code], scale, distance));
+        let bound = rtol * scale;
+        let mut meeting = Meeting {
+            found: Found::Unknown,
+            interval: None,
+            bound,
+            scale,
+            courses,
+            add: None,
+        };
+        let [Some(a), Some(b)] = &meeting.courses else {
+            return meeting;
+        };
+        let [last, of_b] = sizes.map(|of| of.len() - 1);
+        let points = [
+            ([0, last], 1.0 + a.factor),
+            ([0, last - 1], -a.factor),
+            ([1, of_b], -1.0 - b.factor),
+            ([1, of_b - 1], b.factor),
+        ];
+        let apart = norm(&points, distance);
+        let room = a.room + b.room;
+        let finest = distance([0, last], [1, of_b]) - FAR * (a.left + b.left);
+        let interval = [(apart - room).max(0.0), apart + room];
+        meeting.found = match interval {
+            [_, high] if high <= bound.max(ROUNDING * scale) => Found::Zero,
+            [low, _] if low > bound && finest > bound => Found::Apart,
+            _ => Found::Unknown,
+        };
+        meeting.interval = Some(interval);
+        meeting
+    }
+
+    /// The code whose finest result is nearer to the limit that both have, where they have one.
+    pub fn nearer(&self) -> Option<usize> {
+        let [Some(a), Some(b)] = &self.courses else {
+            return None;
+        };
+        // What is apart has no common limit.
+        let is_nearer = |x: &Course, y: &Course| {
+            self.found == Found::Zero && y.away - y.room > NEARER * (x.away + x.room)
+        };
+        [is_nearer(a, b), is_nearer(b, a)].iter().position(|is| *is)
+    }
+
+    /// As a clause about two codes: `converge to each other …`.
+    pub fn words(&self, names: [&str; 2]) -> Text {
+        let add = match &self.add {
+            Some(add) => text!("add {add}"),
+            None => text!("add finer levels"),
+        };
+        let part = |x: f64| x / self.scale;
+        match (self.found, self.interval) {
+            (Found::Zero, Some([_, high])) => {
+                let nearer = self
+                    .nearer()
+                    .map(|k| text!("; {} is nearer to it", names[k]));
+                let high = Number::at_most(part(high), 2);
+                text!("converge to each other: their limits differ by at most {high} of it{nearer}")
+            }
+            (Found::Apart, Some([low, high])) => {
+                let [low, high] = [
+                    Number::at_least(part(low.max(self.bound)), 2),
+                    Number::at_most(part(high), 2),
+                ];
+                text!(
+                    "do not converge to each other: their limits are between {low} and {high} of it apart"
+                )
+            }
+            (_, Some([_, high])) => {
+                let [high, bound] = [part(high), part(self.bound)].map(|x| Number::at_most(x, 2));
+                text!(
+                    "cannot be told to converge to each other on these levels: their limits may be {high} of it apart, where {bound} is allowed; {add}"
+                )
+            }
+            _ => {
+                let wild = (0..2).filter(|k| self.courses[*k].is_none());
+                let wild: Vec<&str> = wild.map(|k| names[k]).collect();
+                let does = if wild.len() == 1 { "does" } else { "do" };
+                let wild = wild.join(" and ");
+                text!(
+                    "cannot be told to converge to each other: {wild} {does} not converge steadily on these levels; {add}"
+                )
+            }
+        }
+    }
+}
+
+/// |Σ cᵢ uᵢ| of results by their distances, with Σ cᵢ = 0.
+fn norm(of: &[([usize; 2], f64)], distance: Distance) -> f64 {
+    let mut square = 0.0;
+    for (k, (u, c)) in of.iter().enumerate() {
+        square -= of[..k]
+            .iter()
+            .map(|(v, d)| c * d * distance(*u, *v).powi(2))
+            .sum::<f64>();
+    }
+    square.max(0.0).sqrt()
+}
+
+/// The p with which steps at falling sizes have this ratio; none where they do not fall so.
+fn observed([h, i, j]: [f64; 3], ratio: f64) -> Option<f64> {
+    let of = |p: f64| (h.powf(p) - i.powf(p)) / (i.powf(p) - j.powf(p));
+    let (mut low, mut high) = (0.05, 12.0);
+    if !(ratio >= of(low)) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if of(middle) < ratio {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Point = [f64; 3];
+
+    fn far(a: &Point, b: &Point) -> f64 {
+        (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Numbers in [0, 1) from a seed.
+    fn random(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    fn of(paths: &[Vec<Point>; 2], rtol: f64) -> Meeting {
+        let sizes: Vec<f64> = (0..paths[0].len())
+            .map(|k| 0.5_f64.powi(k as i32))
+            .collect();
+        let distance = |[a, k]: [usize; 2], [b, l]: [usize; 2]| far(&paths[a][k], &paths[b][l]);
+        Meeting::new([&sizes, &sizes], 1.0, rtol, &distance)
+    }
+
+    /// 1 + h², with no second term, has the limit 1 to rounding; so has 1 - h.
+    #[test]
+    fn powers_are_extrapolated() {
+        let path = |p: f64, c: f64| -> Vec<Point> {
+            (0..4)
+                .map(|k| [1.0 + c * 0.5_f64.powf(p * f64::from(k)), 0.0, 0.0])
+                .collect()
+        };
+        let found = of(&[path(2.0, 0.1), path(1.0, -0.1)], 1e-1);
+        let orders = found.courses.map(|of| of.unwrap().order.unwrap());
+        assert!((orders[0] - 2.0).abs() < 1e-9 && (orders[1] - 1.0).abs() < 1e-9);
+        assert_eq!(
+            (found.found, found.nearer()),
+            (Found::Zero, Some(0)),
+            "{found:?}"
+        );
+        let words = found.words(["a", "b"]).to_string();
+        assert!(
+            words.starts_with("converge to each other") && words.ends_with("a is nearer to it"),
+            "{words}"
+        );
+    }
+
+    /// No result that differs by rounding is apart, and none that moves without falling is told to converge.
+    #[test]
+    fn what_does_not_converge_is_unknown() {
+        let still = vec![[1.0, 0.0, 0.0]; 3];
+        assert_eq!(of(&[still.clone(), still.clone()], 0.0).found, Found::Zero);
+        let wild: Vec<Point> = [1.0, 1.2, 0.9].map(|x| [x, 0.0, 0.0]).to_vec();
+        let found = of(&[still.clone(), wild], 1e-3);
+        assert_eq!(found.found, Found::Unknown);
+        let words = found.words(["a", "b"]).to_string();
+        assert!(words.contains("b does not converge steadily"), "{words}");
+        assert_eq!(
+            of(&[still[..2].to_vec(), still[..2].to_vec()], 1.0).found,
+            Found::Unknown
+        );
+    }
+
+    /// 200 pairs of right codes, whose errors have any orders, directions and second terms: none is apart. 200 with limits that differ by
+    /// more than the tolerance: none is said to converge to each other. A share of each is told.
+    #[test]
+    fn random_codes_are_not_misjudged() {
+        let mut random = random(11);
+        let mut told = [0; 2];
+        for draw in 0..400 {
+            let is_off = draw % 2 == 1;
+            let mut vector = |size: f64| -> Point {
+                let of = [(); 3].map(|()| 2.0 * random() - 1.0);
+                let norm = far(&of, &[0.0; 3]).max(1e-3);
+                of.map(|x| size * x / norm)
+            };
+            let off = vector(if is_off { 1e-2 } else { 0.0 });
+            let errors = [(); 2].map(|()| (vector(1.0), vector(1.0)));
+            let rtol = 1e-2 * 10.0_f64.powf(-0.1 - 2.0 * random());
+            let levels = 3 + draw / 2 % 2;
+            let paths = [0, 1].map(|code| {
+                let orders = [0.5, 2.0 / 3.0, 1.0, 2.0, 2.0, 3.0, 4.0];
+                let p = orders[(random() * 7.0) as usize];
+                let q = p + [0.5, 1.0, 2.0][(random() * 3.0) as usize];
+                let size = 10.0_f64.powf(-0.3 - 2.2 * random());
+                let second = 0.4 * random() * size;
+                let (first, other) = errors[code];
+                let point = |k: usize| {
+                    let h = 0.5_f64.powi(k as i32);
+                    [0, 1, 2].map(|x| {
+                        let error = size * first[x] * h.powf(p) + second * other[x] * h.powf(q);
+                        f64::from(u8::from(x == 0)) + code as f64 * off[x] + error
+                    })
+                };
+                (0..levels).map(point).collect::<Vec<_>>()
+            });
+            let found = of(&paths, rtol);
+            let wrong = if is_off { Found::Zero } else { Found::Apart };
+            assert_ne!(found.found, wrong, "draw {draw}: {found:?}");
+            told[usize::from(is_off)] += usize::from(found.found != Found::Unknown);
+        }
+        assert!(told.iter().all(|told| *told >= 25), "{told:?}");
+    }
+}
