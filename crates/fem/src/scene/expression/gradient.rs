@@ -114,24 +114,24 @@ impl Steps {
 
     /// Both branches of a choice are taken: one that does not count does no harm.
     fn dual(&self, point: [f64; 3]) -> Dual {
-        let mut all: Vec<Dual> = Vec::with_capacity(self.0.len());
-        for step in &self.0 {
-            all.push(match *step {
-                Step::Number(bits, _) => Dual::constant(f64::from_bits(bits)),
+        let mut all = vec![Dual::constant(f64::NAN); self.0.len()];
+        // Each arm writes its own place: a common one on the stack, written by halves and read as a whole, takes half of all time.
+        for k in 0..all.len() {
+            match self.0[k] {
+                Step::Number(bits, _) => all[k].value = f64::from_bits(bits),
                 Step::Coordinate(axis) => {
-                    let mut dual = Dual::constant(point[axis]);
-                    dual.slope[axis] = 1.0;
-                    dual
+                    all[k].value = point[axis];
+                    all[k].slope[axis] = 1.0;
                 }
-                Step::Negative(a) => all[a].chain(-all[a].value, -1.0),
-                Step::Binary(operator, a, b) => two_operands(operator, all[a], all[b]),
-                Step::One(function, a) => one_argument(function, all[a]),
-                Step::Two(function, a, b) => two_arguments(function, all[a], all[b]),
+                Step::Negative(a) => all[k] = all[a].chain(-all[a].value, -1.0),
+                Step::Binary(operator, a, b) => all[k] = two_operands(operator, all[a], all[b]),
+                Step::One(function, a) => all[k] = one_argument(function, all[a]),
+                Step::Two(function, a, b) => all[k] = two_arguments(function, all[a], all[b]),
                 Step::If(comparison, [a, b, then, otherwise]) => {
                     let holds = comparison.holds(all[a].value, all[b].value);
-                    all[if holds { then } else { otherwise }]
+                    all[k] = all[if holds { then } else { otherwise }];
                 }
-            });
+            }
         }
         all.pop().unwrap_or(Dual::constant(f64::NAN))
     }
