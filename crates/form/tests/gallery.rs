@@ -52,33 +52,46 @@ fn cube() -> Mesh {
 /// What says that a form has no solution that can be found.
 const LOST: &str = "Newton's method did not converge";
 
-/// What a code's script writes; none where it finds no solution.
-fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Option<Values> {
+/// The Python that has the codes from PyPI.
+fn python() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python3")
+}
+
+/// Runs a script by itself: whether it succeeds, and what it writes to standard output and standard error.
+fn cold(code: &Code, script: &Path) -> (bool, [String; 2]) {
     let mut command: Vec<PathBuf> = code.command.iter().map(PathBuf::from).collect();
     if code.command == ["python3"] {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        command = vec![root.join("target/python/bin/python3")];
+        command = vec![python()];
     }
+    let ran = Command::new(&command[0])
+        .args(&command[1..])
+        .arg(script)
+        .current_dir(script.parent().expect("a script is in a folder"))
+        .output()
+        .unwrap_or_else(|e| panic!("{}: {}: {e}", code.name, command[0].display()));
+    let written = [&ran.stdout, &ran.stderr].map(|b| String::from_utf8_lossy(b).into_owned());
+    (ran.status.success(), written)
+}
+
+/// What a code's script writes; none where it finds no solution.
+fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Option<Values> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join(code.file(problem));
     std::fs::write(&path, script).expect("a script");
     code.write_mesh(folder.path(), problem, mesh)
         .expect("a mesh");
-    let ran = Command::new(&command[0])
-        .args(&command[1..])
-        .arg(&path)
-        .current_dir(folder.path())
-        .output()
-        .unwrap_or_else(|e| panic!("{}: {}: {e}", code.name, command[0].display()));
-    let [said, errors] = [&ran.stdout, &ran.stderr].map(|bytes| String::from_utf8_lossy(bytes));
-    let (name, status) = (&problem.name, ran.status);
-    if !status.success() && (said.contains(LOST) || errors.contains(LOST)) {
+    let ran = match warm::module(code.name) {
+        Some(module) => warm::run(&python(), module, &path),
+        None => cold(code, &path),
+    };
+    let (has_ended_well, [said, errors]) = ran;
+    if !has_ended_well && (said.contains(LOST) || errors.contains(LOST)) {
         return None;
     }
     assert!(
-        status.success(),
-        "{} on {name}: {status}\n{said}{errors}",
-        code.name
+        has_ended_well,
+        "{} on {}: {said}{errors}",
+        code.name, problem.name
     );
     let written = path.with_extension("vtu");
     // FreeFEM's is called like the problem, as is its script.
@@ -255,6 +268,8 @@ mod lengths;
 mod random;
 #[path = "gallery/spaces.rs"]
 mod spaces;
+#[path = "gallery/warm.rs"]
+mod warm;
 
 const NONE: [&str; 0] = [];
 
