@@ -581,17 +581,17 @@ fn campaign(count: u64, least: u64, draw: impl Fn(&mut Random) -> Made + Sync) {
 
 #[test]
 fn no_random_scene_is_outside_its_interval() {
-    campaign(80, 50, |random| Made::draw(random, 2));
+    campaign(40, 25, |random| Made::draw(random, 2));
 }
 
 #[test]
 fn no_random_scene_in_space_is_outside_its_interval() {
-    campaign(8, 3, |random| Made::draw(random, 3));
+    campaign(4, 1, |random| Made::draw(random, 3));
 }
 
 #[test]
 fn no_random_corner_is_outside_its_interval() {
-    campaign(48, 47, Made::draw_at_corner);
+    campaign(24, 23, Made::draw_at_corner);
 }
 
 /// A body pressed against ψ from the corner on, where ψ is concave and falls: certified on all meshes, with bounds that shrink as
