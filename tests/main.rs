@@ -13,6 +13,7 @@ mod docs;
 mod ending;
 mod engines;
 mod face_off;
+mod face_off_limits;
 mod face_off_scripts;
 mod face_off_times;
 mod false_alarms;

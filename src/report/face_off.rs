@@ -63,6 +63,7 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     for number in of.numbers.iter().filter(|of| !of.extrapolated.is_empty()) {
         let words = text!("What `{number.number}` converges to");
         rest.push(Block::Titled(words, extrapolated_table(number)));
+        rest.push(meetings_table(&number.meetings).into());
     }
     if let Some(first) = of.in_form.first() {
         let words = text!("The results in the form{}", first.level.at());

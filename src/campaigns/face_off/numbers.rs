@@ -77,7 +77,8 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
             }
         }
         let verdict = told.iter().map(|(verdict, _)| *verdict).max();
-        let judged = is_compared || against.is_some() || !told.is_empty();
+        let is_settled = is_finest && meetings.len() == pairs(players).len();
+        let judged = is_compared && !is_settled || against.is_some() || !told.is_empty();
         let alone = if values.len() < 2 || !judged {
             Verdict::Undetermined
         } else {

@@ -1,0 +1,107 @@
+//! Codes that share the problem only: on three levels or more the verdict is about what they converge to.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::common::{assert_valid, folder, run, write};
+
+/// -Δu = factor · 2π² sin(πx) sin(πy) on the unit square by linear triangles with diagonals of either kind; writes u and its integral, which
+/// is 4/π² for the factor 1.
+const POISSON: &str = r#"
+
+int n = getARGV("-n", 4), flags = getARGV("-flags", 0);
+real factor = getARGV("-factor", 1.);
+string out = getARGV("-out", ".");
+mesh Th = square(n, n, flags = flags);
+fespace Vh(Th, P1);
+Vh u, v;
+solve poisson(u, v) = int2d(Th)(dx(u)*dx(v) + dy(u)*dy(v)) - int2d(Th)(factor*2*pi^2*sin(pi*x)*sin(pi*y)*v)
+  + on(1, 2, 3, 4, u = 0);
+ofstream numbers(out + "/numbers.csv");
+numbers.precision(17);
+numbers << "name,value" << endl << "integral," << int2d(Th)(u) << endl;
+ofstream f(out + "/u.vtu");
+f.precision(17);
+f << "<VTKFile type='UnstructuredGrid' version='1.0' byte_order='LittleEndian'><UnstructuredGrid><Piece NumberOfPoints='" << Th.nv
+  << "' NumberOfCells='" << Th.nt << "'><Points><DataArray type='Float64' NumberOfComponents='3' format='ascii'>" << endl;
+for (int i = 0; i < Th.nv; ++i) f << Th(i).x << " " << Th(i).y << " 0" << endl;
+f << "</DataArray></Points><Cells><DataArray type='Int64' Name='connectivity' format='ascii'>" << endl;
+for (int k = 0; k < Th.nt; ++k) f << Th[k][0] << " " << Th[k][1] << " " << Th[k][2] << endl;
+f << "</DataArray><DataArray type='Int64' Name='offsets' format='ascii'>" << endl;
+for (int k = 1; k <= Th.nt; ++k) f << 3*k << " ";
+f << "</DataArray><DataArray type='UInt8' Name='types' format='ascii'>" << endl;
+for (int k = 0; k < Th.nt; ++k) f << "5 ";
+f << "</DataArray></Cells><PointData><DataArray type='Float64' Name='u' format='ascii'>" << endl;
+for (int i = 0; i < Th.nv; ++i) f << u[][i] << " ";
+f << "</DataArray></PointData></Piece></UnstructuredGrid></VTKFile>" << endl;
+"#;
+
+/// Two codes with diagonals of their own on these meshes, the second with a load times a factor.
+fn verify(factor: f64, n: &str, rtol: f64) -> (String, Value) {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "poisson.edp", POISSON);
+    let code = |name: &str, flags: u32, factor: f64| {
+        format!(
+            "[codes.{name}]\ncommand = [\"FreeFem++-nw\", \"-v\", \"0\", \"poisson.edp\", \"-n\", \"{{n}}\", \"-flags\", \"{flags}\", \
+             \"-factor\", \"{factor}\", \"-out\", \"{{out}}\"]\nmesh = \"none\"\nresult = \"u.vtu\"\nnumbers = \"numbers.csv\"\n"
+        )
+    };
+    let text = format!(
+        "name = \"x\"\n[mesh]\ngenerator = \"union-jack\"\nn = {n}\n{}{}[fields.u]\nsame = \"problem\"\nrtol = {rtol}\n[numbers.integral]\n\
+         same = \"problem\"\nrtol = {rtol}\n",
+        code("a", 0, 1.0),
+        code("b", 1, factor)
+    );
+    write(at, "x.toml", &text);
+    let ran = run(at, &["verify", "--run", "x.toml", "--json", "o.json"]);
+    let path = at.join("o.json");
+    let told = fs::read_to_string(&path).unwrap_or_else(|_| panic!("{}", ran.stderr));
+    assert_valid("json", "src/report/schema/face-off-1.json", &path);
+    (
+        ran.stdout + &ran.stderr,
+        serde_json::from_str(&told).unwrap(),
+    )
+}
+
+/// Right codes that are 3 % apart on the finest mesh converge to each other; one with a load 2 % too large does not; and three coarse meshes do
+/// not say, but name the next one.
+#[test]
+fn what_codes_converge_to_is_judged() {
+    let (out, right) = verify(1.0, "[4, 8, 16, 32]", 5e-3);
+    assert_eq!(right["verdict"], "agree", "{out}");
+    let of = |told: &Value, kind: &str| told[kind][0]["meetings"][0].clone();
+    for kind in ["fields", "numbers"] {
+        assert_eq!(of(&right, kind)["found"], "zero", "{kind} {out}");
+        for course in of(&right, kind)["courses"].as_array().unwrap() {
+            let order = course["order"].as_f64().unwrap();
+            assert!((order - 2.0).abs() < 0.2, "{kind} {course}");
+        }
+    }
+    // 4/π², which neither code has on any mesh, lies where it is said to be.
+    let exact = 4.0 / std::f64::consts::PI.powi(2);
+    for code in ["a", "b"] {
+        let found = &right["numbers"][0]["extrapolated"][code];
+        let [value, room] = ["value", "room"].map(|key| found[key].as_f64().unwrap());
+        assert!(
+            (value - exact).abs() <= room && room < 2e-3 * exact,
+            "{code} {found}"
+        );
+    }
+    let (out, wrong) = verify(1.02, "[4, 8, 16, 32]", 5e-3);
+    assert_eq!(wrong["verdict"], "disagree", "{out}");
+    for kind in ["fields", "numbers"] {
+        assert_eq!(of(&wrong, kind)["found"], "apart", "{kind} {out}");
+        let interval = &of(&wrong, kind)["interval"];
+        let scale = of(&wrong, kind)["scale"].as_f64().unwrap();
+        let [low, high] = [0, 1].map(|k| interval[k].as_f64().unwrap() / scale);
+        assert!(
+            low <= 0.0201 && high >= 0.0195,
+            "{kind} {interval} of {scale}"
+        );
+    }
+    let (out, coarse) = verify(1.02, "[2, 4, 8]", 5e-3);
+    assert_eq!(coarse["verdict"], "undetermined", "{out}");
+    assert!(out.contains("add n = 16"), "{out}");
+}
