@@ -13,8 +13,8 @@ pub(super) use campaigns::{Matrix, Orders, Paper, Stress, Study};
 pub(super) use mesh::{Form, Mesh, MeshAction};
 
 use super::words::{
-    Accuracy, FieldTolerance, Methods, Words, accuracy, bound, field_tolerance, increment,
-    launcher, memory, method, methods, pair, time,
+    Accuracy, Methods, OfField, Words, accuracy, bound, increment, launcher, memory, method,
+    methods, of_field, pair, time,
 };
 use crate::report;
 use crate::run::is_face_off;
@@ -404,9 +404,10 @@ pub(super) struct Compare {
     /// [default: 0]
     #[arg(long, value_name = "A", value_parser = bound, allow_negative_numbers = true)]
     pub atol: Option<f64>,
-    /// Tolerances of one field, or of those of a pattern, as in "u:rtol=1e-6,atol=1e-12"; what is left out is that of all
-    #[arg(long = "field", value_name = "NAME:rtol=R,atol=A", value_parser = field_tolerance)]
-    pub field: Vec<FieldTolerance>,
+    /// Tolerances of one field, or of those of a pattern, as in "u:rtol=1e-6,atol=1e-12", and what its problem leaves open, as in
+    /// "p:up_to=constant" (also sign, scale, phase, rigid, gradient, or several joined by +); tolerances that are left out are those of all fields
+    #[arg(long = "field", value_name = "NAME:rtol=R,atol=A,up_to=WHAT", value_parser = of_field)]
+    pub field: Vec<OfField>,
     /// Take the tolerances of the table compare of this scene where no option gives one
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<String>,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::args::{Command, Compare};
 use super::folders;
 use super::progress::watched;
+use super::words::OfField;
 use super::{code, parse};
 use crate::engine::meshio_python;
 use crate::report::console::note;
@@ -358,7 +359,7 @@ impl<'a> Request<'a> {
         // A scene is of several files: what none of these two has may be in others.
         let mut tolerances = self.tolerances.clone();
         let is_here = |name: &str| of_a.has(name) || of_b.has(name);
-        let is_given = |name: &str| arguments.field.iter().any(|(known, _)| known == name);
+        let is_given = |name: &str| arguments.field.iter().any(|of| of.name == name);
         let all = &mut tolerances.of_field;
         all.retain(|(name, _)| is_here(name) || is_given(name));
         let what = "laying the meshes over each other";
@@ -367,6 +368,9 @@ impl<'a> Request<'a> {
                 tolerances,
                 map: arguments.map,
                 alone: arguments.uncovered,
+                up_to: given(&arguments.field, |of| {
+                    (!of.up_to.is_empty()).then(|| of.up_to.clone())
+                }),
                 nan_equal: arguments.nan_equal.clone(),
                 near: arguments.place_tolerance,
                 identical,
@@ -481,7 +485,7 @@ fn tolerances(options: &Compare, scene: Option<&Comparing>) -> Tolerances {
     let (rtol, atol) = (options.rtol, options.atol);
     let options = GivenTolerances {
         of_all: PartialTolerance { rtol, atol },
-        of_field: options.field.clone(),
+        of_field: given(&options.field, |of| Some(of.tolerance)),
     };
     let of = |&Bounds { rtol, atol }: &Bounds| PartialTolerance { rtol, atol };
     let of_scene = |scene: &Comparing| {
@@ -493,6 +497,14 @@ fn tolerances(options: &Compare, scene: Option<&Comparing>) -> Tolerances {
     };
     let scene = scene.map(of_scene).unwrap_or_default();
     Tolerances::of_sources(&[scene, options])
+}
+
+/// What is given of fields, by their names.
+fn given<T>(fields: &[OfField], what: impl Fn(&OfField) -> Option<T>) -> Vec<(String, T)> {
+    let known = fields.iter();
+    known
+        .filter_map(|of| Some((of.name.clone(), what(of)?)))
+        .collect()
 }
 
 /// What a scene allows; one that allows nothing of its own was not meant.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::Method;
-use faceoff_judge::PartialTolerance;
+use faceoff_judge::{PartialTolerance, UpTo};
 use faceoff_mesh::error::distinct;
 
 /// A list of methods; the parameters of a family member hold a comma of their own.
@@ -101,26 +101,43 @@ pub(super) fn bound(text: &str) -> Result<f64, String> {
     number(text, |t| t >= 0.0 && t.is_finite(), what)
 }
 
-/// A field's name and what is given of its tolerance.
-pub(super) type FieldTolerance = (String, PartialTolerance);
+/// What is given of one field.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct OfField {
+    /// Its name, or a pattern.
+    pub name: String,
+    pub tolerance: PartialTolerance,
+    /// What its problem leaves open.
+    pub up_to: Vec<UpTo>,
+}
 
 /// The name may hold colons and spaces; what follows the last colon are the bounds.
-pub(super) fn field_tolerance(text: &str) -> Result<FieldTolerance, String> {
-    let form = || format!("`{text}` is not NAME:rtol=R,atol=A");
+pub(super) fn of_field(text: &str) -> Result<OfField, String> {
+    let form = || format!("`{text}` is not NAME:rtol=R,atol=A,up_to=WHAT");
     let (name, bounds) = text.rsplit_once(':').ok_or_else(form)?;
-    let mut found = PartialTolerance::default();
+    let mut found = OfField {
+        name: name.to_owned(),
+        tolerance: PartialTolerance::default(),
+        up_to: Vec::new(),
+    };
     for word in bounds.split(',') {
         let (key, value) = word.split_once('=').ok_or_else(form)?;
-        let place = match key.trim() {
-            "rtol" => &mut found.rtol,
-            "atol" => &mut found.atol,
+        let value = value.trim();
+        let is_twice = match key.trim() {
+            "rtol" => found.tolerance.rtol.replace(bound(value)?).is_some(),
+            "atol" => found.tolerance.atol.replace(bound(value)?).is_some(),
+            "up_to" => {
+                let words = value.split('+').map(|word| word.trim().parse());
+                let all = words.collect::<Result<Vec<UpTo>, String>>()?;
+                !std::mem::replace(&mut found.up_to, all).is_empty()
+            }
             _ => return Err(form()),
         };
-        if place.replace(bound(value.trim())?).is_some() {
+        if is_twice {
             return Err(form());
         }
     }
-    Ok((name.to_owned(), found))
+    Ok(found)
 }
 
 /// Names of fields on either side of the first `=`.
@@ -153,11 +170,27 @@ mod tests {
 
     #[test]
     fn tolerances_of_fields_are_read_from_behind() {
-        let bounds =
-            |name: &str, rtol, atol| Ok((name.to_owned(), PartialTolerance { rtol, atol }));
-        let read = field_tolerance("u: mean:rtol=1e-6,atol=0");
-        assert_eq!(read, bounds("u: mean", Some(1e-6), Some(0.0)));
-        assert_eq!(field_tolerance("u:atol=2"), bounds("u", None, Some(2.0)));
+        let given = |name: &str, rtol, atol, up_to| {
+            let tolerance = PartialTolerance { rtol, atol };
+            let name = name.to_owned();
+            Ok(OfField {
+                name,
+                tolerance,
+                up_to,
+            })
+        };
+        let read = of_field("u: mean:rtol=1e-6,atol=0");
+        assert_eq!(read, given("u: mean", Some(1e-6), Some(0.0), vec![]));
+        assert_eq!(of_field("u:atol=2"), given("u", None, Some(2.0), vec![]));
+        let read = of_field("p:up_to=constant");
+        assert_eq!(read, given("p", None, None, vec![UpTo::Constant]));
+        let read = of_field("p:up_to=sign+constant,rtol=1");
+        let both = vec![UpTo::Sign, UpTo::Constant];
+        assert_eq!(read, given("p", Some(1.0), None, both));
+        assert!(
+            of_field("p:up_to=const")
+                .is_err_and(|what| what.contains("give one of constant, sign"))
+        );
         for wrong in [
             "u",
             "u:",
@@ -166,8 +199,9 @@ mod tests {
             "u:rtol=-1",
             "u:rtol=nan",
             "u:rtol=1,rtol=2",
+            "u:up_to=sign,up_to=sign",
         ] {
-            assert!(field_tolerance(wrong).is_err(), "{wrong}");
+            assert!(of_field(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::described::{rests_on, why, worst};
+use super::described::{open, rests_on, why, worst};
 use super::difference::write_differences;
 use super::html::{self, Dot, DotAxis};
 use super::model::{
@@ -173,6 +173,10 @@ fn lede(
                 text!("`{field.field}` differs by **{} of its largest value**{times}, and beyond it in {} of {} values.{values}", size(field.max_rel), whole(field.beyond), whole(field.faces))
             }
         });
+        let opens = wrong
+            .iter()
+            .filter_map(|of| Some((of, open(of, ["a", "b"])?)));
+        told.extend(opens.map(|(of, words)| text!("`{of.field.field}`: {words}.")));
         let others = comparison.fields.len() - wrong.len();
         if others > 0 {
             told.push(match others {
@@ -351,7 +355,10 @@ fn parts_table(all: &Comparisons) -> Table {
     };
     let remark = |part: &Part| match &part.comparison {
         Some(of) if of.identical => Some("identical bytes".to_owned()),
-        Some(of) => of.fields.iter().find_map(|f| f.field.reason.clone()),
+        Some(of) => {
+            let reason = of.fields.iter().find_map(|f| f.field.reason.clone());
+            reason.or_else(|| of.fields.iter().find_map(|f| open(f, ["a", "b"])))
+        }
         None => part.reason.clone(),
     };
     table!("", &all.parts, |of|
@@ -434,7 +441,8 @@ fn fields_table(comparison: &Comparison) -> Table {
         let what = rests_on(&of.field, &carriers);
         let single = of.single.then(|| "f32: 6e-8 is its rounding".to_owned());
         let identical = comparison.identical.then(|| "identical bytes".to_owned());
-        joined([what, single, identical].into_iter().flatten(), "; ")
+        let open = open(of, ["a", "b"]);
+        joined([what, open, single, identical].into_iter().flatten(), "; ")
     };
     let all = table!("", fields, |of|
         ("w", "field") => &of.field.field,

@@ -3,7 +3,7 @@
 use super::model::{exact, joined, short};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome};
 use crate::text::number::place;
-use faceoff_judge::{FieldVerdict, Worst};
+use faceoff_judge::{ComparedField, FieldVerdict, Removed, Worst, removed_words};
 
 /// What its mesh has.
 pub(super) fn sizes(case: &CaseOutcome) -> String {
@@ -31,6 +31,15 @@ pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
         Some([i, j]) => format!("cells {i} and {j}{component}{at}"),
         None => format!("{:?}{component}{at}", worst.vertices),
     })
+}
+
+/// What was taken away of a field before it was judged, or what would make the two results equal: of those that problems leave open.
+pub(super) fn open(of: &ComparedField, names: [&str; 2]) -> Option<String> {
+    let told = |all: &[Removed]| (!all.is_empty()).then(|| removed_words(all, names));
+    let removed = told(&of.removed).map(|words| format!("judged after {words}"));
+    let equal = told(&of.equal_after);
+    let equal = equal.map(|words| format!("equal after {words}"));
+    removed.or(equal)
 }
 
 /// What a verdict rests on, where it is not that all is well.

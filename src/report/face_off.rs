@@ -1,7 +1,7 @@
 //! What `verify` found of a face-off file: codes of one's own on any problem.
 
 use super::compare::{compared, norms};
-use super::described::{why, worst};
+use super::described::{open, why, worst};
 use super::html;
 use super::model::{
     Block, Cell, Report, Story, Suite, Table, TestCase, Todo, joined, sentence, table,
@@ -264,6 +264,18 @@ fn lede(of: &FaceOffOutcome) -> Text {
             (None, false) => text!("`{name}` of {pair.a} and {pair.b} differs by **{size}** of it{at}, {} times what is allowed.", number(pair.compared.factor(), 2)),
         });
     }
+    told.extend(of.fields.iter().filter_map(|field| {
+        let all = field.pairs.iter().filter(|pair| pair.judged);
+        let mut known =
+            all.filter_map(|pair| Some((pair, open(&pair.compared, [&pair.a, &pair.b])?)));
+        // The last level is the finest.
+        let (pair, words) = known.next_back()?;
+        let name = &field.field;
+        Some(text!(
+            "`{name}` of {pair.a} and {pair.b}{}: {words}.",
+            place(pair)
+        ))
+    }));
     let wrong = of.in_form.iter();
     let wrong = wrong.filter_map(|of| Some((of, &of.wrong()?.sentence)));
     told.extend(wrong.map(|(of, words)| text!("`{of.code}`{}: {words}.", of.level.at())));
@@ -340,10 +352,31 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     } else if let Some(known) = known.clone().next() {
         let words = text!("Mend that in `{known.code}`, or in the form, and run this again.");
         steps.push(Todo::only(words));
+    } else if let Some((field, up_to)) = equal_after(of) {
+        steps.push(Todo::only(text!("Where the problem leaves that open, say so: `up_to = {up_to}` in [fields.{field}]. Where it does not, look for what fixes it in each code.")));
     } else if of.fields.iter().any(|f| f.verdict == Verdict::Disagree) {
         steps.push(Todo::only("Look where the difference enters: on a boundary it is a condition or a group, everywhere a coefficient, a sign or a quadrature rule."));
     }
     steps
+}
+
+/// The field that would be equal in all pairs that differ, if the problem left something open, and what.
+fn equal_after(of: &FaceOffOutcome) -> Option<(&str, String)> {
+    let open = |pair: &OfPair| -> Vec<&'static str> {
+        let all = pair.compared.equal_after.iter();
+        all.map(|removed| removed.up_to.word()).collect()
+    };
+    of.fields.iter().find_map(|field| {
+        let pairs = field.pairs.iter().filter(|pair| pair.judged);
+        let mut wrong = pairs.filter(|pair| pair.compared.field.verdict == Verdict::Disagree);
+        let first = open(wrong.next()?);
+        let all = !first.is_empty() && wrong.all(|pair| open(pair) == first);
+        let words = match &first[..] {
+            [one] => format!("{one:?}"),
+            all => format!("{all:?}"),
+        };
+        all.then_some((&*field.field, words))
+    })
 }
 
 /// The number of a refinement, or what another level is called.
@@ -388,7 +421,9 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair]) -> Table {
     };
     let remark = |pair: &OfPair| {
         let reason = pair.compared.field.reason.clone();
-        reason.or_else(|| as_functions(pair))
+        let open = open(&pair.compared, [&pair.a, &pair.b]);
+        let told = joined([open, as_functions(pair)].into_iter().flatten(), "; ");
+        reason.or(Some(told).filter(|told| !told.is_empty()))
     };
     table!("", pairs, |pair|
         "codes" => format!("{} – {}", pair.a, pair.b),

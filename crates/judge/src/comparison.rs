@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::law::{Tolerance, Tolerances};
-use super::{FieldVerdict, Verdict};
+use super::{FieldVerdict, Removed, UpTo, Verdict};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::io::matches;
 
@@ -99,6 +99,12 @@ pub struct ComparedField {
     /// Whether a file holds it as binary32, which rounds to 6e-8.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub single: bool,
+    /// What was taken away before the two were compared, as the problem leaves it open.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub removed: Vec<Removed>,
+    /// Of a field that disagrees: what would make the two equal, if the problem left it open.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub equal_after: Vec<Removed>,
     /// How far the two are apart, and where.
     #[serde(flatten)]
     pub field: FieldVerdict,
@@ -130,6 +136,8 @@ impl ComparedField {
             atol,
             norms: None,
             single: false,
+            removed: Vec::new(),
+            equal_after: Vec::new(),
             field: FieldVerdict::failed(name, rtol, reason),
         }
     }
@@ -200,6 +208,8 @@ pub struct Settings<'a> {
     pub map: Option<MatchBy>,
     /// Of functions: the part of a mesh that the other one need not cover; `None`: no more than rounding of the coordinates.
     pub alone: Option<f64>,
+    /// What the problem leaves open of single fields, by name or pattern; the last that matches counts.
+    pub up_to: Vec<(String, Vec<UpTo>)>,
     /// Fields of which NaN on both sides is no difference; NaN against a number always is. `*` and `?` stand for others.
     pub nan_equal: Vec<String>,
     /// How far apart two points may be along an axis and still be one; without it, what the digits of the files allow.
@@ -220,6 +230,13 @@ impl From<Tolerances> for Settings<'_> {
 }
 
 impl Settings<'_> {
+    /// What the problem leaves open of a field.
+    pub(super) fn up_to(&self, field: &str) -> &[UpTo] {
+        let mut known = self.up_to.iter();
+        let own = known.rfind(|(name, _)| name == field || matches(name, field));
+        own.map_or(&[], |(_, up_to)| up_to)
+    }
+
     pub(super) fn nan_equal(&self, field: &str) -> bool {
         self.nan_equal
             .iter()

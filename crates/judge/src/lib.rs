@@ -41,6 +41,7 @@ mod results;
 mod series;
 mod sets;
 mod supermesh;
+mod up_to;
 mod view;
 
 pub use align::align;
@@ -53,7 +54,11 @@ pub use many::{Comparisons, Part};
 pub use places::{first_at_place, partners};
 pub use results::{at_midpoints, compare_results};
 pub use series::{Pairing, Times, interpolate, pair_times};
-pub use supermesh::{Exact, Projection, Size, error_against, project};
+pub use supermesh::{
+    Exact, Over, Projection, Removed, RemovedPart, Size, UpTo, error_against, project,
+    removed_words,
+};
+pub use up_to::error_up_to;
 
 #[cfg(test)]
 mod face_fault_tests;
@@ -61,3 +66,5 @@ mod face_fault_tests;
 mod fault_tests;
 #[cfg(test)]
 mod file_tests;
+#[cfg(test)]
+mod up_to_tests;

@@ -18,6 +18,7 @@ use super::parts::Parts;
 use super::places;
 use super::sets::{judge_sets, judge_unread, judge_whole};
 use super::supermesh::{judge_functions, norms_on_mesh};
+use super::up_to::{compare_up_to, look_for_open};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{PADDING, Results};
@@ -48,6 +49,16 @@ use faceoff_mesh::io::matches;
 /// Files that cannot be matched, meshes that are no domain of functions, a tolerance for a field that neither has, files
 /// without fields.
 pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<Comparison> {
+    let mut comparison = match settings.up_to.is_empty() {
+        true => compare_unchanged(a, b, settings)?,
+        false => compare_up_to([a, b], settings, &compare_unchanged)?,
+    };
+    look_for_open([a, b], settings, &mut comparison, &compare_unchanged)?;
+    Ok(comparison)
+}
+
+/// Judges every field as it is.
+fn compare_unchanged(a: &Results, b: &Results, settings: &Settings) -> Result<Comparison> {
     let tolerances = &settings.tolerances;
     let refuse = |what: String, remedy: &str| Error::Compare {
         a: a.source.clone(),

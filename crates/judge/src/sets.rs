@@ -102,6 +102,8 @@ pub(super) fn judge_sets(
             atol: tolerance.atol,
             norms: None,
             single: field_a.single || field_b.single,
+            removed: Vec::new(),
+            equal_after: Vec::new(),
             field: verdict,
         });
     }

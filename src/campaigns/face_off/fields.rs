@@ -9,7 +9,7 @@ use crate::run::convergence::Level as Step;
 use crate::run::{Asked, Level, Same};
 use faceoff_judge::{
     ComparedField, Comparison, FieldVerdict, MatchBy, Norms, On, Settings, Size, Tolerance,
-    Tolerances, Verdict, compare_results, error_against,
+    Tolerances, Verdict, compare_results, error_up_to,
 };
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -212,6 +212,7 @@ pub(super) fn judge(
     Ok(OfField {
         field: asked.name.clone(),
         same: asked.same,
+        up_to: asked.up_to.clone(),
         times: asked.times.clone(),
         errors_of: errors_of(players, asked, rungs),
         verdict: Verdict::of_all(of_pairs.chain(of_orders).chain(of_meetings)),
@@ -344,7 +345,7 @@ fn error(asked: &Asked, rung: &Rung, of: &Side) -> Result<Option<Norms>> {
             .collect::<Result<Vec<_>, String>>()
             .map_err(|what| refuse(what, "give a formula in x, y, z and t"))?;
         let value = |x: [f64; 3], component: usize| exact[component].with_gradient(x);
-        let norms = error_against(&results, &asked.name, exact.len(), &value)?;
+        let (norms, _) = error_up_to(&results, &asked.name, exact.len(), &value, &asked.up_to)?;
         largest = Some(largest.map_or(norms, |before| larger(before, norms)));
     }
     Ok(largest)
@@ -377,6 +378,8 @@ fn unjudged(asked: &Asked, reason: String) -> ComparedField {
         atol: asked.atol,
         norms: None,
         single: false,
+        removed: Vec::new(),
+        equal_after: Vec::new(),
         field: FieldVerdict::failed(&asked.name, rtol, reason),
     }
 }
@@ -407,6 +410,7 @@ fn compare(
         },
         map: (!is_same).then_some(MatchBy::Functions),
         alone: asked.uncovered,
+        up_to: vec![(asked.name.clone(), asked.up_to.clone())],
         ..Settings::default()
     };
     let comparison = match compare_results(a, b, &settings) {

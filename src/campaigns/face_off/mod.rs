@@ -27,7 +27,7 @@ pub use times::short;
 use crate::engine::{self, How, Left, Progress, Task};
 use crate::run::convergence::{Convergence, Limit};
 use crate::run::{Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
-use faceoff_judge::{ComparedField, Comparison, Verdict};
+use faceoff_judge::{ComparedField, Comparison, UpTo, Verdict};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 
@@ -117,6 +117,9 @@ pub struct OfField {
     pub field: String,
     /// What the codes share, which decides how it is judged.
     pub same: Same,
+    /// What its problem leaves open, which is taken away before anything is judged.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub up_to: Vec<UpTo>,
     /// Those that are judged.
     pub times: Judged,
     /// Of which times errors are taken, where a result has several.

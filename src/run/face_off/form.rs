@@ -10,6 +10,7 @@ use super::tables::Reader;
 use crate::engine::{self, Form, Script};
 use faceoff_form::Problem;
 use faceoff_form::codes::{CODES, Code as Spelled};
+use faceoff_judge::UpTo;
 use faceoff_mesh::error::{Error, Result, meant};
 use faceoff_mesh::file;
 use faceoff_mesh::mesh::Mesh;
@@ -24,6 +25,26 @@ pub struct FormFile {
     pub mesh_file: Option<PathBuf>,
     /// The refinements that the file names.
     pub levels: Vec<usize>,
+}
+
+/// Why a form leaves nothing open of a field that is said to be open up to something; none where it may.
+pub(super) fn not_open(form: &Problem, field: &str, up_to: UpTo) -> Option<String> {
+    let unknown = form.unknowns.iter().position(|u| u.name == field)?;
+    if !matches!(up_to, UpTo::Constant | UpTo::Rigid) {
+        return None;
+    }
+    if form.means.iter().any(|mean| mean.unknown == unknown) {
+        return Some(format!("[mean] fixes the constant in `{field}`"));
+    }
+    let held = form
+        .conditions
+        .iter()
+        .find(|held| held.unknown == unknown)?;
+    let group = form.groups.get(held.group)?;
+    Some(format!(
+        "Dirichlet values on `{}` fix `{field}`",
+        group.name
+    ))
 }
 
 impl FormFile {

@@ -45,7 +45,7 @@ pub use times::Judged;
 
 use faceoff_form::Problem;
 use faceoff_form::grid::Cells;
-use faceoff_judge::On;
+use faceoff_judge::{On, UpTo};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
 use faceoff_mesh::io;
@@ -110,6 +110,8 @@ pub struct Asked {
     pub uncovered: Option<f64>,
     /// Of a field.
     pub times: Judged,
+    /// Of a field: what its problem leaves open.
+    pub up_to: Vec<UpTo>,
     /// Of a number of a form: the integral that it is.
     pub value: Option<String>,
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::code::{Code, Protocol};
-use super::form::in_full;
+use super::form::{in_full, not_open};
 use super::integrals::fault;
 use super::level::{Axis, Level};
 use super::{Asked, FaceOff, Formula, Judged, Same, Source};
@@ -15,7 +15,7 @@ use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
 use faceoff_form::Problem;
 use faceoff_form::grid::Cells;
-use faceoff_judge::On;
+use faceoff_judge::{On, UpTo};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::beneath;
 use faceoff_mesh::mesh::generate::Cuboid;
@@ -88,6 +88,8 @@ struct AskedTable {
     orders: OrdersTable,
     uncovered: Option<f64>,
     times: Option<Judged>,
+    #[serde(default)]
+    up_to: Several<UpTo>,
     value: Option<String>,
     #[serde(default)]
     names: BTreeMap<String, String>,
@@ -259,6 +261,7 @@ impl Reader {
                     let what = "times are of fields, and this is a number".to_owned();
                     return Err(self.refuse(&place, what, "leave times out"));
                 }
+                self.check_open(&place, &name, &table.up_to, form.as_ref(), of_number)?;
                 self.check_value(&place, table.value.as_deref(), form.as_ref(), of_number)?;
                 table.times.get_or_insert_with(|| file.times.clone());
                 let asked = self.asked(&place, name, table, &parameters, &codes)?;
@@ -315,6 +318,30 @@ impl Reader {
             fields,
             numbers,
         })
+    }
+
+    /// Something may be open of a field, as far as the form does not fix it.
+    fn check_open(
+        &self,
+        place: &str,
+        name: &str,
+        up_to: &Several<UpTo>,
+        form: Option<&Problem>,
+        of_number: bool,
+    ) -> Result<()> {
+        let all = match up_to {
+            Several::One(one) => std::slice::from_ref(one),
+            Several::List(all) => all,
+        };
+        let why = match (form, of_number && !all.is_empty()) {
+            (_, true) => Some("up_to is of fields, and this is a number".to_owned()),
+            (Some(form), _) => all.iter().find_map(|up_to| not_open(form, name, *up_to)),
+            (None, _) => None,
+        };
+        match why {
+            None => Ok(()),
+            Some(what) => Err(self.refuse(place, what, "leave up_to out")),
+        }
     }
 
     /// The numbers of a form are integrals, as its scripts write fields only; those of other files are written by the codes.
@@ -605,6 +632,7 @@ impl Reader {
             orders: [table.orders.l2, table.orders.h1],
             uncovered: table.uncovered,
             times: table.times.unwrap_or_default(),
+            up_to: table.up_to.list(),
             value: table.value,
         })
     }

@@ -109,6 +109,8 @@ pub(crate) fn judge_functions(
             atol: tolerance.atol,
             norms: Some(sums.norms(is_constant)),
             single: functions.iter().any(|of| of[k].field.single),
+            removed: Vec::new(),
+            equal_after: Vec::new(),
             field: verdict(
                 of_a,
                 &functions[0][k].field.name,
@@ -342,6 +344,8 @@ fn domain_row(side: &Domain, uncovered: &Uncovered, allowed: Option<f64>) -> Opt
         atol: 0.0,
         norms: None,
         single: false,
+        removed: Vec::new(),
+        equal_after: Vec::new(),
         field: FieldVerdict {
             max_abs: uncovered.measure,
             max_rel: part,

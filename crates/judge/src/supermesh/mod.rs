@@ -4,6 +4,7 @@ mod clip;
 mod domain;
 mod element;
 mod exact;
+mod free;
 mod function;
 mod geometry;
 mod judged;
@@ -12,6 +13,7 @@ mod norms;
 mod overlay;
 mod project;
 mod rule;
+mod small;
 mod tree;
 
 #[cfg(test)]
@@ -19,6 +21,9 @@ mod tests;
 
 pub(crate) use clip::{measure, subtract};
 pub use exact::{Exact, Size, error_against};
+pub(crate) use free::{Carried, Known};
+pub use free::{Over, Removed, RemovedPart, UpTo, removed_words};
 pub(crate) use judged::judge_functions;
 pub(crate) use norms::norms_on_mesh;
 pub use project::{Projection, project};
+pub(crate) use small::{Linear, Products};

@@ -390,7 +390,7 @@ impl Space<'_> {
 }
 
 /// M x = b with the diagonal of M as preconditioner, to rounding.
-fn conjugate_gradients(
+pub(super) fn conjugate_gradients(
     b: &[f64],
     diagonal: &[f64],
     apply: impl Fn(&[f64]) -> Vec<f64>,
