@@ -24,6 +24,7 @@ mod given;
 mod hunt;
 mod judge;
 mod judge_forms;
+mod left_open;
 mod matrix;
 mod mesh_faults;
 mod mesh_formats;

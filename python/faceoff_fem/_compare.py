@@ -112,7 +112,9 @@ def compare(a, b, *, rtol=None, atol=None, fields=None, name=None, **options):
             into ``corner_data``. Without ``points`` rows are compared one by one.
         rtol: a field agrees where |a-b| <= max(rtol * its largest value, atol); 1e-9 if not given.
         atol: in the unit of the field; 0 if not given.
-        fields: tolerances of single fields, as ``{"u": {"rtol": 1e-6, "atol": 1e-12}}``; names may be patterns.
+        fields: tolerances of single fields, as ``{"u": {"rtol": 1e-6, "atol": 1e-12}}``, and what their problem leaves open, as
+            ``{"p": {"up_to": "constant"}}``, or a list of ``constant``, ``sign``, ``scale``, ``phase``, ``rigid``, ``gradient``:
+            that is taken away before they are compared. Names may be patterns.
         name: what a function is called; without it, as the only field of the other side.
         options: those of ``faceoff compare``, as ``only=["u"]``, ``except_=["p"]``, ``pair=["speed=|u|"]``, ``map="functions"``,
             ``nan_equal=["u"]``, ``place_tolerance=1e-9``, ``uncovered=0.01``, ``dim=2``, ``times="last"``, ``out="d.vtu"``.
@@ -133,9 +135,10 @@ def compare(a, b, *, rtol=None, atol=None, fields=None, name=None, **options):
     (False, 'u', [1.0, 1.0])
     """
     for field, bounds in (fields or {}).items():
-        if not set(bounds) <= {"rtol", "atol"} or not bounds:
-            raise usage(f"the tolerances of {field!r} are {bounds}", "give rtol, atol or both")
-        given = ",".join(f"{key}={value!r}" for key, value in bounds.items())
+        if not set(bounds) <= {"rtol", "atol", "up_to"} or not bounds:
+            raise usage(f"the tolerances of {field!r} are {bounds}", "give rtol, atol or up_to")
+        text = {key: value if isinstance(value, str) else "+".join(value) if key == "up_to" else repr(value) for key, value in bounds.items()}
+        given = ",".join(f"{key}={value}" for key, value in text.items())
         options.setdefault("field", []).append(f"{field}:{given}")
     sides = [side(a, name), side(b, name)]
     _refuse_one_memory((a, b), sides, options)

@@ -33,9 +33,6 @@ pub(super) fn not_open(form: &Problem, field: &str, up_to: UpTo) -> Option<Strin
     if !matches!(up_to, UpTo::Constant | UpTo::Rigid) {
         return None;
     }
-    if form.means.iter().any(|mean| mean.unknown == unknown) {
-        return Some(format!("[mean] fixes the constant in `{field}`"));
-    }
     let held = form
         .conditions
         .iter()
