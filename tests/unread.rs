@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::common::{folder, run, source, write};
+use crate::common::{assert_valid, folder, run, source, write};
 
 /// Writes `a` and `b` of a text with `{u}` where the values are.
 fn pair(folder: &Path, suffix: &str, text: &str, values: [&str; 2]) -> [String; 2] {
@@ -84,7 +84,7 @@ fn arrays_of_another_spelling_are_read_and_of_another_kind_undetermined() {
         assert_eq!(code(at, &files, &["--except", name]), Some(0), "{suffix}");
         assert_eq!(code(at, &files, &["--only", "p"]), Some(0), "{suffix}");
         let check = run(at, &["mesh", "check", a]);
-        assert_eq!(check.code, Some(2), "{}", check.stdout);
+        assert_eq!(check.code, Some(1), "{}", check.stdout);
         assert!(check.stdout.contains("not read"), "{}", check.stdout);
         // Equal bytes are equal whatever they mean.
         fs::copy(at.join(a), at.join(b)).unwrap();
@@ -92,6 +92,47 @@ fn arrays_of_another_spelling_are_read_and_of_another_kind_undetermined() {
         let expected = if suffix == "xdmf" { 2 } else { 0 };
         assert_eq!(copied, Some(expected), "{suffix}");
     }
+}
+
+#[test]
+fn rows_beyond_their_number_are_a_finding_of_the_check() {
+    let folder = folder();
+    let at = folder.path();
+    let text = fs::read_to_string(source("tests/data/square-2.2.msh")).unwrap();
+    let (before, after) = text.split_once("$EndElements").unwrap();
+    let (_, last) = before.trim_end().rsplit_once('\n').unwrap();
+    let last = last.split_once(' ').unwrap().1;
+    write(
+        at,
+        "more.msh",
+        &format!("{before}99 {last}\n$EndElements{after}"),
+    );
+    let check = run(at, &["mesh", "check", "more.msh", "--json", "o.json"]);
+    assert_eq!(check.code, Some(1), "{}", check.stdout);
+    assert!(
+        check.stdout.contains("1 part that was not read"),
+        "{}",
+        check.stdout
+    );
+    assert_valid(
+        "json",
+        "src/report/schema/mesh-check-1.json",
+        &at.join("o.json"),
+    );
+    // An oddity that leaves nothing out is told, and no fault.
+    write(at, "odd.msh", &text.replace("$EndNodes", "$EndNode"));
+    let check = run(at, &["mesh", "check", "odd.msh", "--json", "o.json"]);
+    assert_eq!(check.code, Some(0), "{}", check.stdout);
+    assert!(
+        check.stdout.contains("$EndNodes is written $EndNode"),
+        "{}",
+        check.stdout
+    );
+    assert_valid(
+        "json",
+        "src/report/schema/mesh-check-1.json",
+        &at.join("o.json"),
+    );
 }
 
 #[test]
@@ -120,7 +161,7 @@ fn a_header_that_declares_what_is_not_there_is_found() {
     names.iter().for_each(|&k| bytes[k] = b'k');
     fs::write(at.join("b.exo"), bytes).unwrap();
     let check = run(at, &["mesh", "check", "b.exo"]);
-    assert_eq!(check.code, Some(2), "{}{}", check.stdout, check.stderr);
+    assert_eq!(check.code, Some(1), "{}{}", check.stdout, check.stderr);
     assert!(
         check.stdout.contains("nodes, which are not in the file"),
         "{}",

@@ -55,6 +55,20 @@ struct Checked {
     version: Option<String>,
     verdict: Verdict,
     findings: Vec<Finding>,
+    /// What is to be said of a version that was not tested, or that finds no plugins.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doubt: Option<String>,
+}
+
+/// What is to be said of a code that is here, and goes wrong in none of the checks.
+fn doubt(name: &str, version: Option<&str>) -> Result<Option<String>> {
+    let doubt = version.and_then(|version| engine::doubt(name, version));
+    let lacks = match (name, version) {
+        ("freefem", Some(_)) => engine::lacks_plugins()?,
+        _ => None,
+    };
+    let remarks: Vec<String> = doubt.into_iter().chain(lacks).collect();
+    Ok((!remarks.is_empty()).then(|| remarks.join("; ")))
 }
 
 pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
@@ -72,16 +86,9 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
     let mut states = Vec::new();
     for name in engine::NAMES {
         let probed = engine::find(name)?.probe();
-        let version = probed.as_ref().ok();
-        let doubt = version.and_then(|version| engine::doubt(name, version));
-        let lacks = match (name, version) {
-            ("freefem", Some(_)) => engine::lacks_plugins()?,
-            _ => None,
-        };
-        let remarks: Vec<String> = doubt.into_iter().chain(lacks).collect();
         states.push(EngineState {
             engine: name.to_owned(),
-            doubt: (!remarks.is_empty()).then(|| remarks.join("; ")),
+            doubt: doubt(name, probed.as_deref().ok())?,
             problem: probed.as_ref().err().map(ToString::to_string),
             version: probed.ok(),
         });
@@ -156,9 +163,11 @@ fn check(name: &str, to: &Output) -> Result<u8> {
             tell!("{}", line(finding, done));
         }
     })?;
+    let version = engine.probe().ok();
     let checked = Checked {
         engine: engine.name().to_owned(),
-        version: engine.probe().ok(),
+        doubt: doubt(engine.name(), version.as_deref())?,
+        version,
         verdict: Verdict::of_all(findings.iter().map(|f| f.verdict)),
         findings,
     };
@@ -187,6 +196,14 @@ fn conforms(checked: &Checked) -> Result<Report<'_>> {
     report.verdict = Some((checked.verdict, right(checked.verdict)));
     let version = checked.version.clone().unwrap_or_default();
     report.engines.push((checked.engine.clone(), version));
+    report
+        .notes
+        .extend(checked.doubt.as_deref().map(Text::message));
+    let remark = checked.doubt.iter().map(|what| ("remark", what.clone()));
+    report
+        .story
+        .rest
+        .push(Block::Terminal(vec![Block::facts(remark)]));
     let rows = checked.findings.iter().map(|f| {
         cells![
             Text::message(&f.about),

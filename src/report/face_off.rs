@@ -7,6 +7,7 @@ use super::model::{
     Block, Cell, Report, Story, Suite, Table, TestCase, Todo, joined, sentence, table,
 };
 use super::orders::{orders_figure, over_n};
+use super::spectra;
 use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfForm, OfMeeting, OfNumber, OfOrder, OfPair, RowOfNumber,
     RunOf, short, worst as worst_time,
@@ -20,7 +21,7 @@ use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
 
 /// Of coarser levels of one problem.
-const NOT_JUDGED: &str = "not judged";
+pub(super) const NOT_JUDGED: &str = "not judged";
 
 /// The report of a face-off.
 ///
@@ -65,6 +66,7 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         rest.push(Block::Titled(words, extrapolated_table(number)));
         rest.push(meetings_table(&number.meetings).into());
     }
+    rest.extend(of.spectra.iter().flat_map(spectra::blocks));
     if let Some(first) = of.in_form.first() {
         let words = text!("The results in the form{}", first.level.at());
         rest.push(Block::Titled(words, in_form_table(&of.in_form)));
@@ -138,7 +140,13 @@ fn claim(of: &FaceOffOutcome) -> Text {
     }
     let fields = of.fields.iter().filter(|f| !f.verdict.passes());
     let numbers = of.numbers.iter().filter(|n| !n.verdict.passes());
+    let spectra = of.spectra.iter().filter(|of| !of.verdict.passes());
+    if let Some(words) = spectra.clone().find_map(spectra::claim) {
+        return words;
+    }
+    let spectra = spectra.map(|of| &*of.spectrum);
     let wrong = fields.map(|f| &*f.field).chain(numbers.map(|n| &*n.number));
+    let wrong = wrong.chain(spectra);
     let wrong: Vec<&str> = wrong.collect();
     let low = orders_of(of).find(|o| o.verdict == Some(Verdict::Disagree));
     match (&wrong[..], low) {
@@ -279,6 +287,7 @@ fn lede(of: &FaceOffOutcome) -> Text {
     let wrong = of.in_form.iter();
     let wrong = wrong.filter_map(|of| Some((of, &of.wrong()?.sentence)));
     told.extend(wrong.map(|(of, words)| text!("`{of.code}`{}: {words}.", of.level.at())));
+    told.extend(of.spectra.iter().flat_map(spectra::words));
     told.extend(orders_of(of).filter_map(order_words));
     told.extend(meetings(of).map(|(name, of)| text!("`{name}`: {}.", of.words())));
     told.extend(of.missing.iter().map(|of| message(&of.message)));
@@ -380,7 +389,7 @@ fn equal_after(of: &FaceOffOutcome) -> Option<(&str, String)> {
 }
 
 /// The number of a refinement, or what another level is called.
-fn level(of: &Label) -> Option<Cell> {
+pub(super) fn level(of: &Label) -> Option<Cell> {
     match of {
         Label::Only => None,
         Label::Mesh(n) => Some(Cell::number(*n as f64, n.to_string())),
@@ -594,6 +603,11 @@ fn cases(of: &FaceOffOutcome) -> Vec<TestCase> {
             why,
         )
     }));
+    cases.extend(
+        of.spectra
+            .iter()
+            .flat_map(|spectrum| spectra::cases(&of.name, spectrum)),
+    );
     for number in &of.numbers {
         let judged = number.rows.iter().filter(|row| row.judged);
         cases.extend(judged.map(|row| {

@@ -142,23 +142,33 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
     let mut words: Vec<String> = words.collect();
     let verdict = checked.verdict();
     if !content.unread.is_empty() {
-        words.push(format!("{} parts that were not read", content.unread.len()));
+        words.push(match content.unread.len() {
+            1 => "1 part that was not read".to_owned(),
+            several => format!("{several} parts that were not read"),
+        });
+    }
+    if !content.warnings.is_empty() {
+        words.push(match content.warnings.len() {
+            1 => "1 oddity".to_owned(),
+            several => format!("{several} oddities"),
+        });
     }
     let headline = match (words.is_empty(), verdict) {
         (true, _) => "nothing is wrong".to_owned(),
         (_, Verdict::Agree) => format!("sound, with {}", words.join(", ")),
         _ => words.join(", "),
     };
-    let word = match verdict {
-        Verdict::Agree => "sound",
-        Verdict::Disagree => "unsound",
-        _ => "not read completely",
+    let word = match (verdict, found.is_sound()) {
+        (Verdict::Agree, _) => "sound",
+        (_, true) => "not read completely",
+        (_, false) => "unsound",
     };
     let title = format!("faceoff mesh check: is {} sound?", file.display());
     let found = FoundAndUnread {
         verdict,
         found,
         unread: &content.unread,
+        warnings: &content.warnings,
     };
     let mut report = Report::new("mesh check", &title, headline, &found)?;
     let found = &checked.found;
@@ -191,6 +201,11 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
         );
         report.story.rest.push(table.into());
     }
+    let warnings = content.warnings.iter();
+    let warnings: Vec<String> = warnings.map(|what| format!("warning: {what}")).collect();
+    if !warnings.is_empty() {
+        report.story.rest.push(Block::list(warnings));
+    }
     report
         .story
         .rest
@@ -217,12 +232,11 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// A mesh of which a part was not read is not known to be sound.
+    /// A file of which a part was not read is not sound, whatever the rest of it is.
     pub fn verdict(&self) -> Verdict {
-        match (self.found.is_sound(), self.content.unread.is_empty()) {
-            (false, _) => Verdict::Disagree,
-            (true, false) => Verdict::Undetermined,
-            (true, true) => Verdict::Agree,
+        match self.found.is_sound() && self.content.unread.is_empty() {
+            true => Verdict::Agree,
+            false => Verdict::Disagree,
         }
     }
 }
@@ -235,6 +249,9 @@ struct FoundAndUnread<'a> {
     found: &'a Soundness,
     /// Parts of the file.
     unread: &'a [Unread],
+    /// Oddities of the file that leave nothing out.
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    warnings: &'a [String],
 }
 
 /// How a measure is distributed, and the worst cells.

@@ -29,6 +29,7 @@ mod orders;
 mod paper;
 mod provenance;
 mod solve;
+mod spectra;
 mod stress;
 mod study;
 mod table;

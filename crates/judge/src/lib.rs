@@ -40,6 +40,7 @@ mod places;
 mod results;
 mod series;
 mod sets;
+mod spectrum;
 mod supermesh;
 mod up_to;
 mod view;
@@ -54,6 +55,8 @@ pub use many::{Comparisons, Part};
 pub use places::{first_at_place, partners};
 pub use results::{at_midpoints, compare_results};
 pub use series::{Pairing, Times, interpolate, pair_times};
+pub use spectrum::{Matched, clusters, match_spectra, relative};
+pub use supermesh::Modes;
 pub use supermesh::{
     Exact, Over, Projection, Removed, RemovedPart, Size, UpTo, error_against, project,
     removed_words,

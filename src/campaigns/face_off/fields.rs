@@ -23,7 +23,11 @@ pub(super) struct Shown {
 }
 
 /// The file of a code that has a field: at its last time, as all files are open there.
-fn file_of<'a>(left: &'a Left, asked: &Asked, code: &str) -> Result<&'a Written, String> {
+pub(super) fn file_of<'a>(
+    left: &'a Left,
+    asked: &Asked,
+    code: &str,
+) -> Result<&'a Written, String> {
     let name = asked.name_in(code);
     let last = |file: &Written| file.at(file.times.len() - 1).map_err(|e| e.to_string());
     let (mut known, mut unread) = (Vec::new(), None);
@@ -45,7 +49,12 @@ fn file_of<'a>(left: &'a Left, asked: &Asked, code: &str) -> Result<&'a Written,
 }
 
 /// One field of a code at one of its times, by the name that the file has for it.
-fn extract(file: &Written, k: usize, asked: &Asked, code: &str) -> Result<Results, String> {
+pub(super) fn extract(
+    file: &Written,
+    k: usize,
+    asked: &Asked,
+    code: &str,
+) -> Result<Results, String> {
     let name = asked.name_in(code);
     let mut of = Results::clone(&*file.at(k).map_err(|error| error.to_string())?);
     if !of.has(name) && !of.derive(name) {
@@ -222,7 +231,7 @@ pub(super) fn judge(
     })
 }
 
-fn side<'a>(players: &'a [Player], rung: &'a Rung, k: usize) -> Option<Side<'a>> {
+pub(super) fn side<'a>(players: &'a [Player], rung: &'a Rung, k: usize) -> Option<Side<'a>> {
     Some(Side {
         name: &players[k].name,
         code: players[k].code.name(),

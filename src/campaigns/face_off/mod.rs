@@ -8,6 +8,7 @@ mod in_form;
 mod meetings;
 mod numbers;
 mod orders;
+mod spectra;
 mod times;
 
 use std::collections::BTreeMap;
@@ -22,6 +23,7 @@ pub use diagnosis::{Change, Diagnosis, Moved};
 pub use fields::worst;
 pub use in_form::OfForm;
 pub use meetings::{Extrapolated, OfMeeting};
+pub use spectra::{OfSpectra, OfSpectrum};
 pub use times::short;
 
 use crate::engine::{self, How, Left, Progress, Task};
@@ -70,6 +72,9 @@ pub struct FaceOffOutcome {
     pub fields: Vec<OfField>,
     /// As the file asks for them.
     pub numbers: Vec<OfNumber>,
+    /// As the file asks for them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub spectra: Vec<OfSpectrum>,
     /// Of a form on which codes disagree: what the result of each leaves of it, on the coarsest mesh where they do.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub in_form: Vec<OfForm>,
@@ -292,6 +297,9 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
     let numbers: Vec<OfNumber> = numbers
         .map(|asked| numbers::judge(&players, asked, &rungs))
         .collect();
+    let spectra = of.spectra.iter();
+    let spectra = spectra.map(|asked| spectra::judge(&players, asked, &rungs));
+    let spectra = spectra.collect::<Result<Vec<_>>>()?;
     let diagnosis = match how.diagnose {
         true => Some(diagnosis::diagnose(
             of, how, &players, &rungs, &fields, &numbers, progress,
@@ -301,7 +309,8 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
     let verdicts = fields
         .iter()
         .map(|f| f.verdict)
-        .chain(numbers.iter().map(|n| n.verdict));
+        .chain(numbers.iter().map(|n| n.verdict))
+        .chain(spectra.iter().map(|of| of.verdict));
     let failed = runs.iter().any(|run| run.failure.is_some());
     let verdicts = verdicts.chain(failed.then_some(Verdict::Undetermined));
     Ok(FaceOffOutcome {
@@ -314,6 +323,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         in_form: in_form::judge(of, &players, &rungs, &fields)?,
         fields,
         numbers,
+        spectra,
         diagnosis,
         shown: shown.map(|shown: fields::Shown| (shown.comparison, shown.of_a)),
     })

@@ -28,6 +28,7 @@ mod formula;
 mod integrals;
 mod level;
 mod parameters;
+mod spectra;
 mod tables;
 mod times;
 
@@ -41,6 +42,7 @@ pub use code::Code;
 pub use form::FormFile;
 pub use formula::{Formula, words};
 pub use level::{Label, Level};
+pub use spectra::Spectrum;
 pub use times::Judged;
 
 use faceoff_form::Problem;
@@ -73,6 +75,8 @@ pub struct FaceOff {
     pub fields: Vec<Asked>,
     /// Those that are compared.
     pub numbers: Vec<Asked>,
+    /// Those that are compared.
+    pub spectra: Vec<Spectrum>,
 }
 
 /// Where the mesh comes from.

@@ -37,6 +37,8 @@ pub(super) struct File {
     fields: toml::Table,
     #[serde(default)]
     numbers: toml::Table,
+    #[serde(default)]
+    spectra: toml::Table,
     // Of a form, which is read by its own crate.
     pub form: Option<toml::Value>,
     spaces: Option<toml::Value>,
@@ -105,7 +107,7 @@ struct OrdersTable {
 /// One, or a list.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Several<T> {
+pub(super) enum Several<T> {
     One(T),
     List(Vec<T>),
 }
@@ -133,7 +135,7 @@ impl<T> Default for Several<T> {
 }
 
 impl<T> Several<T> {
-    fn list(self) -> Vec<T> {
+    pub fn list(self) -> Vec<T> {
         match self {
             Several::One(one) => vec![one],
             Several::List(list) => list,
@@ -280,7 +282,10 @@ impl Reader {
             asked("fields", file.fields)?,
             asked("numbers", file.numbers)?,
         );
-        if fields.is_empty() && numbers.is_empty() {
+        let spectra = file.spectra.into_iter();
+        let spectra = spectra.map(|(name, table)| self.spectrum(name, table, &codes));
+        let spectra = spectra.collect::<Result<Vec<_>>>()?;
+        if fields.is_empty() && numbers.is_empty() && spectra.is_empty() {
             let what = "nothing is compared".to_owned();
             return Err(self.refuse(
                 "fields",
@@ -289,12 +294,13 @@ impl Reader {
             ));
         }
         let files = codes.iter().map(Code::files);
+        let has_fields = !fields.is_empty() || spectra.iter().any(|of| of.modes.is_some());
+        let has_numbers = !spectra.is_empty() || numbers.iter().any(|asked| asked.value.is_none());
         let lacks = |code: &&Script| {
-            code.results.is_empty() && !fields.is_empty()
-                || code.numbers.is_none() && numbers.iter().any(|asked| asked.value.is_none())
+            code.results.is_empty() && has_fields || code.numbers.is_none() && has_numbers
         };
         if let Some(code) = files.clone().find(lacks) {
-            let key = if code.results.is_empty() && !fields.is_empty() {
+            let key = if code.results.is_empty() && has_fields {
                 "result"
             } else {
                 "numbers"
@@ -317,6 +323,7 @@ impl Reader {
             codes,
             fields,
             numbers,
+            spectra,
         })
     }
 

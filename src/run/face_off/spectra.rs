@@ -1,0 +1,149 @@
+//! `[spectra.NAME]` of a face-off file: eigenvalues and modes that all codes have.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+use super::tables::{Reader, Several};
+use super::{Code, Same};
+use faceoff_mesh::error::Result;
+
+/// Eigenvalues, and perhaps modes, of all codes.
+#[derive(Debug, Clone)]
+pub struct Spectrum {
+    /// As reports call it.
+    pub name: String,
+    /// What the names of the numbers begin with that are eigenvalues, before 1, 2, ….
+    pub values: String,
+    /// The same of the fields that are modes; none where only values are compared.
+    pub modes: Option<String>,
+    /// Where a code has other names: of its values and modes, in this order.
+    pub names: BTreeMap<String, Vec<String>>,
+    /// What the codes share.
+    pub same: Same,
+    /// How far apart eigenvalues may be, relative to the larger; infinite where differences are told and not judged.
+    pub rtol: f64,
+    /// The largest sine of an angle between subspaces; none where angles are told and not judged.
+    pub angle: Option<f64>,
+    /// Eigenvalues with no larger gap between them, relative to the larger, are one cluster, whose modes are compared as a space.
+    pub cluster: f64,
+    /// Eigenvalues that are no larger than this, relative to the largest, are those of the kernel, and left out.
+    pub kernel: Option<f64>,
+    /// The lowest eigenvalues that are known.
+    pub exact: Vec<f64>,
+    /// How far from them those of a code on the finest mesh may be, relative to them.
+    pub exact_rtol: Option<f64>,
+}
+
+impl Spectrum {
+    /// What the names of a code's values and modes begin with.
+    pub fn names_in(&self, code: &str) -> (&str, Option<&str>) {
+        let own = self.names.get(code);
+        let values = own.and_then(|own| own.first());
+        let modes = own.and_then(|own| own.get(1));
+        (
+            values.unwrap_or(&self.values),
+            self.modes.as_ref().map(|of_all| &**modes.unwrap_or(of_all)),
+        )
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    values: String,
+    modes: Option<String>,
+    #[serde(default)]
+    names: BTreeMap<String, Several<String>>,
+    same: Same,
+    rtol: Option<f64>,
+    angle: Option<f64>,
+    cluster: Option<f64>,
+    drop_kernel: Option<f64>,
+    #[serde(default)]
+    exact: Several<f64>,
+    exact_rtol: Option<f64>,
+}
+
+impl Reader {
+    /// A table under `[spectra]`.
+    pub(super) fn spectrum(
+        &self,
+        name: String,
+        table: toml::Value,
+        codes: &[Code],
+    ) -> Result<Spectrum> {
+        let place = format!("spectra.{name}");
+        let table: Table = self.table(&place, table)?;
+        let refuse = |what: String, remedy: &str| self.refuse(&place, what, remedy);
+        let exact = table.exact.list();
+        let given = [
+            table.rtol,
+            table.angle,
+            table.cluster,
+            table.drop_kernel,
+            table.exact_rtol,
+        ];
+        let given = given.into_iter().flatten();
+        if let Some(bad) = given.into_iter().find(|x| !(*x >= 0.0 && x.is_finite())) {
+            return Err(refuse(
+                format!("{bad} is not a tolerance"),
+                "give a number from 0 on",
+            ));
+        }
+        if !exact.is_sorted() || exact.iter().any(|x| !x.is_finite()) {
+            return Err(refuse(
+                "exact does not ascend".into(),
+                "give the lowest eigenvalues in order, each as often as it is one",
+            ));
+        }
+        if exact.is_empty() != table.exact_rtol.is_none() {
+            return Err(refuse(
+                "exact and exact_rtol go together".into(),
+                "give both, or leave both out",
+            ));
+        }
+        if let Some(code) = table
+            .names
+            .keys()
+            .find(|code| codes.iter().all(|c| c.name() != code.as_str()))
+        {
+            return Err(refuse(
+                format!("there is no code `{code}`"),
+                "name one of [codes]",
+            ));
+        }
+        let is_same = table.same == Same::Discretisation;
+        if !is_same && table.rtol.is_none() && exact.is_empty() {
+            return Err(refuse(
+                "nothing says how far apart the eigenvalues of one problem may be".into(),
+                "give rtol, or exact with exact_rtol",
+            ));
+        }
+        if table.angle.is_some() && table.modes.is_none() {
+            return Err(refuse(
+                "angle is between modes, and there are none".into(),
+                "add modes = \"…\", or leave angle out",
+            ));
+        }
+        let names = table.names.into_iter();
+        Ok(Spectrum {
+            name,
+            values: table.values,
+            names: names.map(|(code, names)| (code, names.list())).collect(),
+            same: table.same,
+            rtol: table
+                .rtol
+                .unwrap_or(if is_same { 1e-9 } else { f64::INFINITY }),
+            angle: table
+                .angle
+                .or((is_same && table.modes.is_some()).then_some(1e-6)),
+            modes: table.modes,
+            // Multiple eigenvalues split by rounding on one mesh, and by the error of discretisation on others.
+            cluster: table.cluster.unwrap_or(if is_same { 1e-5 } else { 1e-2 }),
+            kernel: table.drop_kernel,
+            exact,
+            exact_rtol: table.exact_rtol,
+        })
+    }
+}
