@@ -43,6 +43,7 @@ mod rooms;
 mod series;
 mod settled;
 mod solid;
+mod spectra;
 mod study;
 mod terminal;
 mod transport;

@@ -128,7 +128,7 @@ def compare(
     *,
     rtol: Optional[float] = None,
     atol: Optional[float] = None,
-    fields: Optional[Mapping[str, Mapping[str, float]]] = None,
+    fields: Optional[Mapping[str, Mapping[str, Union[float, str, Sequence[str]]]]] = None,
     name: Optional[str] = None,
     **options: Any,
 ) -> Comparison: ...
