@@ -252,3 +252,54 @@ fn bodies_without_supports_agree_up_to_rigid_motions() {
         assert_eq!(pair["equal_after"][0]["up_to"], "rigid", "{pair}");
     }
 }
+
+#[test]
+fn complex_fields_are_one_and_free_in_their_phase() {
+    let folder = folder();
+    let at = folder.path();
+    let table = |names: [&str; 2], turn: f64, fault: f64| {
+        let rows = (0..40).map(|k| {
+            let [x, y] = [k % 8, k / 8].map(|k| f64::from(k) / 8.0);
+            let (phase, size) = (3.0 * x + turn, 1.0 + y + if k == 17 { fault } else { 0.0 });
+            format!(
+                "{x},{y},{:?},{:?}\n",
+                size * phase.cos(),
+                size * phase.sin()
+            )
+        });
+        format!(
+            "x,y,{},{}\n{}",
+            names[0],
+            names[1],
+            rows.collect::<String>()
+        )
+    };
+    write(at, "a.csv", &table(["u_re", "u_im"], 0.0, 0.0));
+    write(at, "b.csv", &table(["real_u", "imag_u"], 0.7, 0.0));
+    let compared = |more: &[&str]| {
+        run(
+            at,
+            &[&["compare", "a.csv", "b.csv", "--only", "u"], more].concat(),
+        )
+    };
+    let plain = compared(&[]);
+    assert_eq!(plain.code, Some(1));
+    assert!(
+        plain.stdout.contains("turning the phase of b by -40.11°"),
+        "{}",
+        plain.stdout
+    );
+    let asked = compared(&["--field", "u:up_to=phase", "--json", "o.json"]);
+    assert_eq!(asked.code, Some(0), "{}", asked.stdout);
+    assert_valid(
+        "json",
+        "src/report/schema/compare-1.json",
+        &at.join("o.json"),
+    );
+    assert_eq!(compared(&["--field", "u:up_to=sign"]).code, Some(1));
+    // The magnitude has no phase, and a fault in it is no phase either.
+    let magnitude = run(at, &["compare", "a.csv", "b.csv", "--only", "|u|"]);
+    assert_eq!(magnitude.code, Some(0), "{}", magnitude.stdout);
+    write(at, "b.csv", &table(["real_u", "imag_u"], 0.7, 1e-6));
+    assert_eq!(compared(&["--field", "u:up_to=phase"]).code, Some(1));
+}

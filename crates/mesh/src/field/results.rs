@@ -59,6 +59,16 @@ pub struct ResultField {
     pub single: bool,
 }
 
+/// What codes call real and imaginary part of a field whose name is `*`.
+const COMPLEX: [[&str; 2]; 6] = [
+    ["*_re", "*_im"],
+    ["*_real", "*_imag"],
+    ["*.real", "*.imag"],
+    ["*_r", "*_i"],
+    ["real_*", "imag_*"],
+    ["re_*", "im_*"],
+];
+
 impl ResultField {
     /// Number of rows.
     pub fn len(&self) -> usize {
@@ -290,12 +300,16 @@ impl Results {
         named.map(|f| new.clone_into(&mut f.name)).count() > 0
     }
 
-    /// Adds the component that `name` means, as `u[0]` does, or the magnitude, as `|u|` does, of a field; returns whether there
-    /// is such a field.
+    /// Adds the component that `name` means, as `u[0]` does, or the magnitude, as `|u|` does, of a field, or the complex field of
+    /// which a file has real and imaginary parts, as `u_re` and `u_im`; returns whether there is such a field.
     pub fn derive(&mut self, name: &str) -> bool {
         let magnitude = name
             .strip_prefix('|')
             .and_then(|rest| rest.strip_suffix('|'));
+        if let Some(of) = magnitude.filter(|of| !self.has(of)) {
+            // Of a complex field that is in parts.
+            let _is_complex = self.complex(of);
+        }
         let component = || -> Option<(&str, usize)> {
             let (of, index) = name.strip_suffix(']')?.rsplit_once('[')?;
             Some((of, index.parse().ok()?))
@@ -303,7 +317,7 @@ impl Results {
         let (of, component) = match (magnitude, component()) {
             (Some(of), _) => (of, None),
             (_, Some((of, component))) => (of, Some(component)),
-            _ => return false,
+            _ => return self.complex(name),
         };
         let mut found = false;
         for fields in self.all_mut() {
@@ -331,6 +345,36 @@ impl Results {
                 ..field.clone()
             };
             fields.push(derived);
+            found = true;
+        }
+        found
+    }
+
+    /// Adds the complex field of this name where there are fields of its real and its imaginary part: these are its components in turn.
+    fn complex(&mut self, name: &str) -> bool {
+        let mut found = false;
+        for fields in self.all_mut() {
+            let part = |called: &str| {
+                let called = called.replace('*', name);
+                fields.iter().find(|field| field.name == called)
+            };
+            let parts = COMPLEX.iter().find_map(|[re, im]| part(re).zip(part(im)));
+            let alike = |(re, im): &(&ResultField, &ResultField)| {
+                let same = re.components == im.components && re.values.len() == im.values.len();
+                same && re.at == im.at && re.rest.is_none() && im.rest.is_none()
+            };
+            let Some((re, im)) = parts.filter(alike) else {
+                continue;
+            };
+            let values = re.values.iter().zip(&*im.values);
+            let field = ResultField {
+                name: name.to_owned(),
+                components: 2 * re.components,
+                values: values.flat_map(|(re, im)| [*re, *im]).collect(),
+                single: re.single || im.single,
+                ..re.clone()
+            };
+            fields.push(field);
             found = true;
         }
         found
@@ -432,6 +476,36 @@ mod tests {
         results.own();
         lenders(false);
         assert_eq!(results.on_cells[0].values, [1.0, 2.0]);
+    }
+
+    #[test]
+    fn real_and_imaginary_parts_are_one_field() {
+        let field = |name: &str, values: [f64; 2]| ResultField {
+            name: name.into(),
+            components: 1,
+            values: values.to_vec().into(),
+            rest: None,
+            at: None,
+            scaled_by: None,
+            single: false,
+        };
+        let mut results = Results {
+            on_points: vec![
+                field("real_u", [3.0, 0.0]),
+                field("imag_u", [4.0, -1.0]),
+                field("p_re", [1.0; 2]),
+            ],
+            ..Results::default()
+        };
+        assert!(!results.derive("p") && results.derive("|u|"));
+        let named = |name: &str| {
+            results
+                .all()
+                .find(|f| f.name == name)
+                .map(|f| f.values.to_vec())
+        };
+        assert_eq!(named("u"), Some(vec![3.0, 4.0, 0.0, -1.0]));
+        assert_eq!(named("|u|"), Some(vec![5.0, 1.0]));
     }
 
     #[test]
