@@ -123,7 +123,7 @@ fn compare_unchanged(a: &Results, b: &Results, settings: &Settings) -> Result<Co
             let what = "one of them has no cells on which a field is a function".to_owned();
             return Err(refuse(
                 what,
-                "give results on triangles, quadrangles, tetrahedra or hexahedra",
+                "give results on triangles, quadrangles, tetrahedra, prisms or hexahedra",
             ));
         }
         return as_functions(a, b, near, settings, None);

@@ -96,7 +96,8 @@ impl<'a> Domain<'a> {
         let counted: usize = side.kinds.iter().map(|(_, count)| count).sum();
         if !(2..=3).contains(&dim) || counted != side.cell_count() || side.points.is_empty() {
             let what =
-                "it has no triangles, quadrangles, tetrahedra or hexahedra in known places".into();
+                "it has no triangles, quadrangles, tetrahedra, prisms or hexahedra in known places"
+                    .into();
             return Err(refuse(what, "give results on a mesh"));
         }
         let mut domain = Domain {
@@ -124,7 +125,7 @@ impl<'a> Domain<'a> {
                 _ if usize::from(kind.dim()) != dim || count == 0 => usize::from(OTHER),
                 Some(k) => k,
                 None => {
-                    let remedy = "give results on triangles, quadrangles, tetrahedra or hexahedra whose nodes are all there";
+                    let remedy = "give results on triangles, quadrangles, tetrahedra, hexahedra or affine prisms whose nodes are all there";
                     let what = || format!("functions on a {kind} are not known here");
                     let element = Element::new(kind).ok_or_else(|| refuse(what(), remedy))?;
                     let first = domain.of_cell.len() as u32;
@@ -283,12 +284,20 @@ impl<'a> Domain<'a> {
             1
         };
         let is_hexahedron = element.kind.shape() == Shape::Hexahedron;
+        if element.is_prism() && geometry != Geometry::Straight {
+            return Err(
+                "is a prism that is not the affine image of one, on which functions are not known here",
+            );
+        }
         let mut pieces = Vec::new();
         if order == 1 && !is_hexahedron {
             let of = |corners: [usize; 4]| corners.map(|k| nodes.get(k).copied().unwrap_or(0));
             match (is_quadrangle, self.dim) {
                 (true, _) => pieces.extend([[0, 1, 2, 0], [0, 2, 3, 0]].map(of)),
                 (_, 2) => pieces.push(of([0, 1, 2, 0])),
+                _ if element.is_prism() => {
+                    pieces.extend([[0, 1, 2, 5], [0, 1, 5, 4], [0, 4, 5, 3]].map(of));
+                }
                 _ => pieces.push(of([0, 1, 2, 3])),
             }
         } else {
@@ -410,6 +419,7 @@ impl<'a> Domain<'a> {
 fn most_pieces(element: &Element) -> usize {
     match element.kind.shape() {
         Shape::Hexahedron => 24,
+        Shape::Prism => 3,
         _ => 2,
     }
 }

@@ -1,5 +1,5 @@
-//! Lagrange elements of any order on triangles, quadrangles, tetrahedra and hexahedra, as files state them: by the nodes of a cell, in
-//! Gmsh's order.
+//! Lagrange elements of any order on triangles, quadrangles, tetrahedra and hexahedra, and of orders 1 and 2 on prisms, as files state
+//! them: by the nodes of a cell, in Gmsh's order.
 //!
 //! The basis is one of products of Legendre polynomials, in which high orders keep their digits; a field on a cell is given
 //! by its coefficients there.
@@ -38,19 +38,20 @@ impl Element {
         let order = if is_serendipity {
             2
         } else {
-            let known = [Shape::Triangle, Shape::Tetrahedron];
+            let known = [Shape::Triangle, Shape::Tetrahedron, Shape::Prism];
             let is_known = known.contains(&shape) || is_product(shape);
             kind.complete_order().filter(|_| is_known)?
         };
         let dim = usize::from(kind.dim());
-        let is_simplex = !is_product(shape);
+        let is_prism = shape == Shape::Prism;
+        let is_simplex = !is_product(shape) && !is_prism;
         let p = order as u8;
         let powers = (0..=if dim == 3 { p } else { 0 })
             .flat_map(|k| (0..=p).flat_map(move |j| (0..=p).map(move |i| [i, j, k])));
         let powers = powers.filter(|power| match (is_simplex, is_serendipity) {
             (true, _) => power.iter().sum::<u8>() <= p,
             (_, true) => power.iter().sum::<u8>() <= 3,
-            _ => true,
+            _ => !is_prism || power[0] + power[1] <= p,
         });
         let powers: Vec<[u8; 3]> = powers.collect();
         let complete = CellKind::complete(shape, order)?;
@@ -61,7 +62,11 @@ impl Element {
             kind,
             dim,
             order,
-            degree: if is_simplex { order } else { dim * order },
+            degree: match (is_simplex, is_prism) {
+                (true, _) => order,
+                (_, true) => 2 * order,
+                _ => dim * order,
+            },
             powers,
             nodes: Vec::new(),
             to_coefficients: Vec::new(),
@@ -87,6 +92,11 @@ impl Element {
     /// Is it on the unit square or cube?
     pub fn is_product(&self) -> bool {
         is_product(self.kind.shape())
+    }
+
+    /// Is it on the product of the unit triangle and [0, 1]?
+    pub fn is_prism(&self) -> bool {
+        self.kind.shape() == Shape::Prism
     }
 
     /// The corner at the end of an axis of the reference cell, from 0 on.
@@ -172,11 +182,15 @@ mod tests {
             Shape::Quadrangle,
             Shape::Tetrahedron,
             Shape::Hexahedron,
+            Shape::Prism,
         ];
         for shape in shapes {
-            for kind in (1..=if shape == Shape::Hexahedron { 4 } else { 10 })
-                .map(|order| CellKind::complete(shape, order).unwrap())
-            {
+            let orders = match shape {
+                Shape::Hexahedron => 4,
+                Shape::Prism => 2,
+                _ => 10,
+            };
+            for kind in (1..=orders).map(|order| CellKind::complete(shape, order).unwrap()) {
                 let element = Element::new(kind).unwrap();
                 assert_eq!(element.len(), kind.points(), "{kind}");
                 let p = element.order as i32;
@@ -197,7 +211,7 @@ mod tests {
                 assert!((of(2) - slope).abs() < 1e-7, "{kind}: {} {slope}", of(2));
             }
         }
-        assert!(Element::new(CellKind::Prism).is_none());
+        assert!(Element::new(CellKind::Pyramid).is_none());
         let cut = CellKind::from_gmsh(20).unwrap();
         assert!(Element::new(cut).is_none(), "{cut} lacks a node inside");
         assert_eq!(Element::new(CellKind::Quadrangle8).unwrap().len(), 8);

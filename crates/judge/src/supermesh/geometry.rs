@@ -18,7 +18,10 @@ impl Geometry {
     /// Of a cell with these nodes, where points within `near` are one.
     pub fn of(element: &Element, nodes: &[[f64; 3]], near: f64) -> Self {
         let size = subtract(&nodes[1], &nodes[0]);
-        let near = near.min(1e-3 * dot(&size, &size).sqrt());
+        let size = dot(&size, &size).sqrt();
+        // Prisms that are affine but for rounding have no other map to fall back on.
+        let least = if element.is_prism() { 1e-9 * size } else { 0.0 };
+        let near = near.min(1e-3 * size).max(least);
         let lies = |place: &dyn Fn(&[f64; 3], usize) -> f64| {
             let mut all = nodes.iter().zip(&element.nodes);
             all.all(|(node, at)| (0..3).all(|axis| (place(at, axis) - node[axis]).abs() <= near))

@@ -2,6 +2,7 @@
 
 mod differing;
 mod hexahedra;
+mod prisms;
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
