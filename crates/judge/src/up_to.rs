@@ -133,6 +133,10 @@ type Lost = ([ResultField; 2], [On; 2], Removed);
 
 /// Both fields less their parts in a linear space; `sides` are the results as they were given.
 fn lost([a, b]: [&Carried; 2], sides: [&Results; 2], up_to: UpTo) -> Result<Result<Lost, String>> {
+    let finite = |of: &Carried| of.field.values.iter().all(|v| v.is_finite());
+    if !finite(a) || !finite(b) {
+        return Ok(Err("it has a value that is not a finite number".into()));
+    }
     let (of_a, of_b) = match (a.without(up_to, None)?, b.without(up_to, None)?) {
         (Ok(of_a), Ok(of_b)) => (of_a, of_b),
         (Err(why), _) | (_, Err(why)) => return Ok(Err(why)),

@@ -340,6 +340,22 @@ fn errors_against_a_formula_are_up_to_the_same() {
 }
 
 #[test]
+fn what_is_not_finite_is_no_pass_whatever_is_open() {
+    let mesh = squares(3, 1, false);
+    let a = with(&mesh, "a", 2, |x| vec![smooth(x), x[1]]);
+    for bad in [f64::NAN, f64::INFINITY] {
+        let mut b = a.clone();
+        b.on_points[0].values.to_mut()[5] = bad;
+        for up_to in UpTo::ALL {
+            for (a, b) in [(&a, &b), (&b, &b.clone())] {
+                let found = compared(a, b, Some(up_to));
+                assert_ne!(found.field.verdict, Verdict::Agree, "{up_to:?} {bad}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_name_that_no_field_has_is_refused() {
     let a = with(&squares(2, 1, false), "a", 1, |x| vec![smooth(x)]);
     let settings = Settings {
