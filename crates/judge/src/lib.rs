@@ -35,6 +35,7 @@ mod judge;
 mod keyed;
 mod law;
 mod many;
+mod open;
 mod parts;
 mod places;
 mod results;
@@ -52,15 +53,12 @@ pub use comparison::{
 pub use judge::{FieldVerdict, Verdict, Worst, judge, judge_conditioned, relative_differences};
 pub use law::{GivenTolerances, PartialTolerance, Tolerance, Tolerances, are_identical};
 pub use many::{Comparisons, Part};
+pub use open::{Over, Removed, RemovedPart, UpTo, removed_words};
 pub use places::{first_at_place, partners};
 pub use results::{at_midpoints, compare_results};
 pub use series::{Pairing, Times, interpolate, pair_times};
 pub use spectrum::{Matched, clusters, match_spectra, relative};
-pub use supermesh::Modes;
-pub use supermesh::{
-    Exact, Over, Projection, Removed, RemovedPart, Size, UpTo, error_against, project,
-    removed_words,
-};
+pub use supermesh::{Exact, Modes, Projection, Size, error_against, project};
 pub use up_to::error_up_to;
 
 #[cfg(test)]

@@ -4,10 +4,9 @@ use std::borrow::Cow;
 
 use crate::comparison::{ComparedField, Comparison, MatchBy, On, Settings};
 use crate::law::Tolerance;
+use crate::open::{Over, Removed, RemovedPart, UpTo};
 use crate::supermesh::Exact;
-use crate::supermesh::{
-    Carried, Known, Linear, Over, Products, Removed, RemovedPart, UpTo, error_against,
-};
+use crate::supermesh::{Carried, Known, Linear, Products, error_against};
 use crate::{Norms, Verdict, places};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};

@@ -23,7 +23,6 @@ mod tests;
 pub(crate) use clip::{measure, subtract};
 pub use exact::{Exact, Size, error_against};
 pub(crate) use free::{Carried, Known};
-pub use free::{Over, Removed, RemovedPart, UpTo, removed_words};
 pub use gram::Modes;
 pub(crate) use judged::judge_functions;
 pub(crate) use norms::norms_on_mesh;

@@ -4,11 +4,11 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::clip::{Simplex, cross, dot, measure, subtract};
 use super::domain::{BLOCK, Domain, Piece};
-use super::free::{Over, UpTo};
 use super::function::Function;
 use super::map::Local;
 use super::norms::{combine, is_exact};
 use super::rule::Rule;
+use crate::open::{Over, UpTo};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
