@@ -16,6 +16,7 @@ use super::process;
 use super::program::Folder;
 use super::sandbox::{self, Allowed};
 use super::written::Source;
+use faceoff_judge::systems::System;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::file;
@@ -50,6 +51,8 @@ pub struct Script {
     pub results: Vec<String>,
     /// A table of names and numbers.
     pub numbers: Option<String>,
+    /// The matrix, the right-hand side and the table of dofs of its linear system.
+    pub system: Option<[String; 3]>,
 }
 
 /// The form in which a code gets the mesh.
@@ -79,6 +82,8 @@ pub struct Left {
     pub numbers: BTreeMap<String, f64>,
     /// Why it has no numbers, where that is known.
     pub numberless: Option<String>,
+    /// Its linear system, if it writes one.
+    pub system: Option<System>,
     /// From its start to its end.
     pub seconds: f64,
     /// Where they are, if that ends with them.
@@ -330,9 +335,12 @@ impl Script {
             Some(name) => self.read_numbers(place, name)?,
             None => BTreeMap::new(),
         };
+        let system = self.system.as_ref();
+        let system = system.map(|files| self.read_system(place, files)).transpose()?;
         Ok(Left {
             results,
             numbers,
+            system,
             numberless: None,
             seconds,
             _folder: None,
@@ -352,6 +360,7 @@ impl Script {
             "mesh": self.mesh.as_ref().map(|form| form.suffix),
             "results": self.results,
             "numbers": self.numbers,
+            "system": self.system,
             "depends": depends::digests(&self.command, &self.home)?,
         }))
     }
@@ -415,6 +424,14 @@ impl Script {
             Written::open(&path, format!("{name} of {}", self.name))
         };
         self.results.iter().map(open).collect()
+    }
+
+    /// A linear system that it has written.
+    fn read_system(&self, place: &Path, [matrix, load, dofs]: &[String; 3]) -> Result<System> {
+        let matrix = io::read_matrix(&self.written(place, matrix)?)?;
+        let load = io::read_vector(&self.written(place, load)?)?;
+        let dofs = io::read_dofs(&self.written(place, dofs)?)?;
+        System::new(&self.name, matrix, load, dofs)
     }
 
     /// Lines of a name and a number, with a comma between them.

@@ -8,6 +8,7 @@ use super::model::{
 };
 use super::orders::{orders_figure, over_n};
 use super::spectra;
+use super::systems;
 use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfForm, OfMeeting, OfNumber, OfOrder, OfPair, RowOfNumber,
     RunOf, short, worst as worst_time,
@@ -71,6 +72,9 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         let words = text!("The results in the form{}", first.level.at());
         rest.push(Block::Titled(words, in_form_table(&of.in_form)));
     }
+    if !of.systems.is_empty() {
+        rest.push(Block::Titled("The linear systems".into(), systems::table_of(&of.systems)));
+    }
     rest.extend(of.diagnosis.iter().map(|of| moved_table(of).into()));
     rest.push(Block::Titled("Runs".into(), runs_table(&of.runs)));
     // The map of the pair that is farthest from agreement.
@@ -128,6 +132,9 @@ fn times_words(of: &OfField) -> String {
 fn claim(of: &FaceOffOutcome) -> Text {
     if let Some(run) = of.runs.iter().find(|run| run.failure.is_some()) {
         return text!("**{run.code}** gave no result{}", run.level.at());
+    }
+    if let Some(differing) = of.systems.iter().find(|of| of.verdict == Verdict::Disagree) {
+        return text!("**{differing.a}** and **{differing.b}** solve different equations");
     }
     let odd = unsolved(of).or_else(|| of.fields.iter().find_map(OfField::odd_one));
     if let Some(odd) = odd {
@@ -259,6 +266,7 @@ fn lede(of: &FaceOffOutcome) -> Text {
     let message = |words: &String| Text::message(&sentence(words));
     let mut told: Vec<Text> = Vec::new();
     told.extend((!of.about.is_empty()).then(|| message(&of.about)));
+    told.extend(of.systems.iter().map(systems::told));
     let failures = of.runs.iter().filter_map(|run| run.failure.as_ref());
     told.extend(failures.take(1).map(message));
     if let Some((field, pair)) = farthest(of) {
@@ -615,5 +623,10 @@ fn cases(of: &FaceOffOutcome) -> Vec<TestCase> {
             test(name, row.verdict, row.reason.clone())
         }));
     }
+    cases.extend(of.systems.iter().map(|of| {
+        let name = format!("systems of {} – {}{}", of.a, of.b, of.level.at());
+        let why = if of.verdict.passes() { String::new() } else { systems::told(of).to_string() };
+        test(name, of.verdict, why)
+    }));
     cases
 }

@@ -19,6 +19,7 @@ mod place;
 mod recovery;
 mod scheme;
 mod search;
+mod systems;
 
 use serde::Serialize;
 
@@ -34,6 +35,7 @@ pub use gamma::FaceGamma;
 pub use in_form::InForm;
 pub use order::{elsewhere, order};
 pub use place::Spot;
+pub use systems::Systems;
 
 /// What is found about a field in a scheme.
 #[derive(Debug, Clone, Serialize)]

@@ -44,6 +44,7 @@ mod sets;
 mod spectrum;
 mod supermesh;
 mod up_to;
+pub mod systems;
 mod view;
 
 pub use align::align;

@@ -9,6 +9,7 @@ mod meetings;
 mod numbers;
 mod orders;
 mod spectra;
+mod systems;
 mod times;
 
 use std::collections::BTreeMap;
@@ -24,6 +25,7 @@ pub use fields::worst;
 pub use in_form::OfForm;
 pub use meetings::{Extrapolated, OfMeeting};
 pub use spectra::{OfSpectra, OfSpectrum};
+pub use systems::OfSystems;
 pub use times::short;
 
 use crate::engine::{self, How, Left, Progress, Task};
@@ -78,6 +80,9 @@ pub struct FaceOffOutcome {
     /// Of a form on which codes disagree: what the result of each leaves of it, on the coarsest mesh where they do.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub in_form: Vec<OfForm>,
+    /// Every two codes that wrote their linear systems.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub systems: Vec<OfSystems>,
     /// Where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diagnosis: Option<Diagnosis>,
@@ -312,6 +317,8 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         .chain(numbers.iter().map(|n| n.verdict))
         .chain(spectra.iter().map(|of| of.verdict));
     let failed = runs.iter().any(|run| run.failure.is_some());
+    let systems = systems::judge(of, &players, &rungs)?;
+    let verdicts = verdicts.chain(systems.iter().map(|of| of.verdict));
     let verdicts = verdicts.chain(failed.then_some(Verdict::Undetermined));
     Ok(FaceOffOutcome {
         name: of.name.clone(),
@@ -324,6 +331,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         fields,
         numbers,
         spectra,
+        systems,
         diagnosis,
         shown: shown.map(|shown: fields::Shown| (shown.comparison, shown.of_a)),
     })

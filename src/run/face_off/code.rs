@@ -171,6 +171,7 @@ impl Protocol {
             mesh: None,
             results: vec![FIELD.to_owned()],
             numbers: None,
+            system: None,
         };
         Protocol {
             files,

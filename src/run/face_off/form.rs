@@ -209,6 +209,7 @@ fn own(form: &Problem) -> Code {
         mesh: None,
         results: vec![format!("{}.vtu", form.name)],
         numbers: None,
+        system: None,
     };
     Code::Own(Box::new(Own::new(files, form.clone())))
 }
@@ -223,6 +224,7 @@ fn written(form: &Problem, code: &'static Spelled) -> Code {
         mesh: Form::of_name(code.mesh.0),
         results: vec![format!("{}.vtu", form.name)],
         numbers: None,
+        system: None,
     };
     let found = engine::Source::new(form, code).and_then(|source| {
         script.command = source.command()?;

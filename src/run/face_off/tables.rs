@@ -72,6 +72,7 @@ struct CodeTable {
     #[serde(default)]
     result: Several<String>,
     numbers: Option<String>,
+    system: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -286,11 +287,13 @@ impl Reader {
         let spectra = spectra.map(|(name, table)| self.spectrum(name, table, &codes));
         let spectra = spectra.collect::<Result<Vec<_>>>()?;
         if fields.is_empty() && numbers.is_empty() && spectra.is_empty() {
+        let with_system = codes.iter().filter(|code| code.files().system.is_some()).count();
+        if fields.is_empty() && numbers.is_empty() && with_system < 2 {
             let what = "nothing is compared".to_owned();
             return Err(self.refuse(
                 "fields",
                 what,
-                "name a field: [fields.u] with same and rtol",
+                "name a field: [fields.u] with same and rtol; or give two codes a system",
             ));
         }
         let files = codes.iter().map(Code::files);
@@ -504,6 +507,8 @@ impl Reader {
             let what = "its command does not say where the mesh goes".to_owned();
             return Err(self.refuse(&place, what, "put {mesh} into it, or say mesh = \"none\""));
         }
+        let system = table.system.as_deref();
+        let system = system.map(|files| self.system(&place, files)).transpose()?;
         let script = Script {
             name,
             command: table.command,
@@ -512,6 +517,7 @@ impl Reader {
             mesh: form,
             results: table.result.list(),
             numbers: table.numbers,
+            system,
         };
         if !script.has_out() {
             let what = "its command does not say where its results go".to_owned();
@@ -521,12 +527,23 @@ impl Reader {
         Ok(Code::Script(script))
     }
 
+    /// The three files of a linear system.
+    fn system(&self, place: &str, files: &str) -> Result<[String; 3]> {
+        let files: Vec<String> = files.split_whitespace().map(str::to_owned).collect();
+        files.try_into().map_err(|files: Vec<String>| {
+            let what = format!("its system is {} files", files.len());
+            let remedy = "name three: the matrix, the right-hand side and the dofs, as in system = \"A.mtx b.mtx dofs.csv\"";
+            self.refuse(place, what, remedy)
+        })
+    }
+
     /// A code that speaks the protocol of engines: by its name, or the file that describes it, and what it is to solve.
     fn protocol(&self, place: &str, name: &str, engine: &str, table: &CodeTable) -> Result<Code> {
         let given = [
             ("command", !table.command.is_empty()),
             ("mesh", table.mesh.is_some()),
             ("numbers", table.numbers.is_some()),
+            ("system", table.system.is_some()),
         ];
         if let Some((key, _)) = given.iter().find(|(_, is_given)| *is_given) {
             let what = format!("it has an engine and {key}");

@@ -1,0 +1,167 @@
+//! Which equations of two linear systems differ, in words.
+
+use serde::Serialize;
+
+use crate::text::number::{place, size, whole};
+use crate::text::{Number, Text, text};
+use faceoff_judge::systems::{Block, Compared, Kept, Loads, Region, Settings, System, Where, compare};
+use faceoff_mesh::error::Result;
+use faceoff_mesh::mesh::{Mesh, Triangulation};
+
+/// A residual is not rounding from here on.
+const UNSOLVED: f64 = 1e-9;
+/// A field is in the kernel if no row is left with more.
+const NOTHING: f64 = 1e-10;
+/// Constants are told with so many digits.
+const DIGITS: usize = 6;
+/// Constants differ from this part of the larger one on.
+const APART: f64 = 1e-9;
+
+/// Two systems face to face.
+#[derive(Debug, Clone, Serialize)]
+pub struct Systems {
+    /// In words, without a full stop.
+    pub sentence: Text,
+    /// What was found.
+    #[serde(rename = "systems")]
+    pub compared: Compared,
+}
+
+impl Systems {
+    /// Of two systems; the mesh, where there is one, names places and has the volume.
+    ///
+    /// # Errors
+    /// Dofs that cannot be matched; [`faceoff_mesh::Error::Ended`].
+    pub fn new(a: &System, b: &System, mesh: Option<&Mesh>) -> Result<Self> {
+        let simplices = mesh.and_then(|mesh| Triangulation::new("the mesh", mesh).ok());
+        let volume = simplices.map(|mesh| (0..mesh.cell_count()).map(|cell| mesh.measure(cell)).sum());
+        let settings = Settings {
+            volume,
+            regions: mesh.map(Region::of).unwrap_or_default(),
+            ..Settings::default()
+        };
+        let compared = compare(a, b, &settings)?;
+        Ok(Systems { sentence: sentence(&compared), compared })
+    }
+}
+
+/// All that differs, or that nothing does.
+pub fn sentence(of: &Compared) -> Text {
+    let (a, b) = (&of.a, &of.b);
+    let mut parts: Vec<Text> = Vec::new();
+    parts.extend(of.matrix.iter().filter(|block| block.differs.rows > 0).map(|block| matrix(of, block)));
+    parts.extend(of.load.iter().filter(|loads| loads.differs.rows > 0).map(|loads| load(of, loads)));
+    let constrained = &of.constrained;
+    if let Some(at) = &constrained.only_where {
+        let [first, second] = constrained.only;
+        let told = [(a, first), (b, second)].into_iter().filter(|(_, rows)| *rows > 0);
+        let told = told.map(|(name, rows)| text!("{} rows only in {name}", whole(rows)));
+        parts.push(text!("constrained are {}, {}", Text::joined(told, " and "), located(at)));
+    }
+    if let Some(at) = &constrained.values_where {
+        let factor = constrained.factor.map(|factor| text!(": those of {b} are those of {a} times {}", told(factor)));
+        parts.push(text!("{} constrained rows have other values, {}{factor}", whole(constrained.values), located(at)));
+    }
+    if parts.is_empty() {
+        let largest = of.matrix.iter().map(|block| block.largest).chain(of.load.iter().map(|l| l.largest));
+        let largest = largest.fold(0.0, f64::max);
+        parts.push(text!("the systems are equal: the largest difference is **{}** of its row", size(largest)));
+        if constrained.both > 0 {
+            let [first, second] = &constrained.kept;
+            parts.push(text!("{} rows are constrained in both, {} in {a} and {} in {b}", whole(constrained.both), kept(first), kept(second)));
+        }
+    }
+    if let Some(residuals) = &of.residuals {
+        for (name, left) in [a, b].into_iter().zip(residuals.own) {
+            if !(left <= UNSOLVED) {
+                parts.push(text!("the answer of {name} leaves {} in its own system: its solver stopped early", size(left)));
+            }
+        }
+    }
+    Text::joined(parts, "; ")
+}
+
+fn told(x: f64) -> Number {
+    Number::new(x, DIGITS)
+}
+
+fn matrix(of: &Compared, block: &Block) -> Text {
+    let (a, b) = (&of.a, &of.b);
+    let coupling = match block.of == block.with {
+        true if of.load.len() == 1 => Text::default(),
+        true => text!(" of `{block.of}`"),
+        false => text!(" of `{block.of}` with `{block.with}`"),
+    };
+    let how = match block.factor {
+        Some(factor) => text!(": {b}'s is {a}'s times {}", told(factor)),
+        None => text!(" by up to {} of their entries, by no common factor", size(block.largest)),
+    };
+    let shape = match (block.symmetric, block.skew, block.factor) {
+        (_, _, Some(_)) | (false, false, _) => Text::default(),
+        (true, ..) => text!(", and the difference is symmetric"),
+        (_, true, _) => text!(", and the difference is skew-symmetric"),
+    };
+    let mut more: Vec<Text> = Vec::new();
+    if block.of == block.with {
+        let constants = of.energies.iter().filter(|energy| energy.of == block.of);
+        let differing = constants.filter(|energy| {
+            let [x, y] = energy.values;
+            (x - y).abs() > APART * x.abs().max(y.abs())
+        });
+        more.extend(differing.map(|energy| {
+            let [x, y] = energy.values;
+            text!("{} = {} in {a} and {} in {b}", energy.name.clone(), told(x), told(y))
+        }));
+        for kernel in of.kernels.iter().filter(|kernel| kernel.of == block.of) {
+            let [x, y] = kernel.left.map(|left| left <= NOTHING);
+            if x != y {
+                let (zero, other) = if x { (a, b) } else { (b, a) };
+                more.push(text!("{} are in the kernel in {zero} and not in {other}", kernel.kind));
+            }
+        }
+    }
+    let more = match more.is_empty() {
+        true => Text::default(),
+        false => text!(" ({})", Text::joined(more, "; ")),
+    };
+    text!("the matrices{coupling} differ in {} rows, {}{how}{shape}{more}", whole(block.differs.rows), located(&block.differs))
+}
+
+fn load(of: &Compared, loads: &Loads) -> Text {
+    let (a, b) = (&of.a, &of.b);
+    let field = match of.load.len() {
+        1 => Text::default(),
+        _ => text!(" of `{loads.of}`"),
+    };
+    let [first, second] = &loads.support;
+    let how = match loads.factor {
+        Some(factor) => text!(": {b}'s is {a}'s times {}", told(factor)),
+        None if first.rows == 0 => text!(": {a} has none, {b}'s is {}", located(second)),
+        None if second.rows == 0 => text!(": {b} has none, {a}'s is {}", located(first)),
+        None if first.between != second.between || first.group != second.group => {
+            text!(": {a}'s is {}, {b}'s is {}", located(first), located(second))
+        }
+        None => text!(" by up to {} of the largest, by no common factor", size(loads.largest)),
+    };
+    text!("the loads{field} differ in {} rows{how}", whole(loads.differs.rows))
+}
+
+fn located(at: &Where) -> Text {
+    let [low, high] = at.between;
+    let dim = (0..3).filter(|k| low[*k] != 0.0 || high[*k] != 0.0).max().map_or(1, |k| k + 1);
+    match &at.group {
+        Some(group) => text!("on `{group}`"),
+        None if at.everywhere => text!("everywhere"),
+        None if low == high => text!("at {}", place(&low[..dim])),
+        None => text!("between {} and {}", place(&low[..dim]), place(&high[..dim])),
+    }
+}
+
+fn kept(of: &[Kept]) -> Text {
+    let names = of.iter().map(|kept| match kept {
+        Kept::Identity => "as rows of the identity",
+        Kept::Penalty => "by a penalty",
+        Kept::Eliminated => "eliminated",
+    });
+    Text::joined(names, " and ")
+}
