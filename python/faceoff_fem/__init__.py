@@ -11,6 +11,7 @@ from ._core import __version__
 from ._engine import Case, Engine, engine
 from ._mesh import Field, Group, Mesh, read, write
 from ._program import Result, certify, convert, judge, orders, solve, verify
+from ._systems import Systems, compare_systems
 from .errors import Error, FileError, UsageError
 
 __all__ = [
@@ -23,11 +24,13 @@ __all__ = [
     "Group",
     "Mesh",
     "Result",
+    "Systems",
     "UsageError",
     "__version__",
     "assert_agree",
     "certify",
     "compare",
+    "compare_systems",
     "convert",
     "engine",
     "judge",

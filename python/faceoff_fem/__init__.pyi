@@ -68,6 +68,13 @@ class Comparison:
     def differences(self) -> dict[str, tuple[np.ndarray, dict[str, np.ndarray]]]: ...
     def report(self, folder: _Path) -> None: ...
 
+class Systems:
+    agree: bool
+    sentence: str
+    def __init__(self, agree: bool, sentence: str, text: str) -> None: ...
+    def __bool__(self) -> bool: ...
+    def to_dict(self) -> dict[str, Any]: ...
+
 class Result(Mapping[str, Any]):
     code: int
     text: str
@@ -122,6 +129,13 @@ class Engine:
 def engine(solve: Callable[[Case], Any], *, name: Optional[str] = None, version: str = "0") -> Engine: ...
 @overload
 def engine(solve: None = None, *, name: Optional[str] = None, version: str = "0") -> Callable[[Callable[[Case], Any]], Engine]: ...
+def compare_systems(
+    a: tuple[Any, Any, Any],
+    b: tuple[Any, Any, Any],
+    *,
+    rtol: float = 1e-12,
+    volume: Optional[float] = None,
+) -> Systems: ...
 def compare(
     a: _Given,
     b: _Given,

@@ -6,6 +6,7 @@ mod call;
 mod error;
 mod found;
 mod mesh;
+mod systems;
 
 use pyo3::prelude::*;
 
@@ -23,6 +24,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<found::Found>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
     module.add_function(wrap_pyfunction!(found::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(systems::compare_systems, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::read, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::parse, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::write, module)?)?;

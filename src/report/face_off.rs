@@ -73,7 +73,8 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         rest.push(Block::Titled(words, in_form_table(&of.in_form)));
     }
     if !of.systems.is_empty() {
-        rest.push(Block::Titled("The linear systems".into(), systems::table_of(&of.systems)));
+        rest.push(Block::Titled("The linear systems".into(), systems::pairs(&of.systems)));
+        rest.push(Block::Page(vec![systems::blocks(&of.systems).into()]));
     }
     rest.extend(of.diagnosis.iter().map(|of| moved_table(of).into()));
     rest.push(Block::Titled("Runs".into(), runs_table(&of.runs)));
@@ -134,7 +135,7 @@ fn claim(of: &FaceOffOutcome) -> Text {
         return text!("**{run.code}** gave no result{}", run.level.at());
     }
     if let Some(differing) = of.systems.iter().find(|of| of.verdict == Verdict::Disagree) {
-        return text!("**{differing.a}** and **{differing.b}** solve different equations");
+        return systems::claim(differing);
     }
     let odd = unsolved(of).or_else(|| of.fields.iter().find_map(OfField::odd_one));
     if let Some(odd) = odd {

@@ -1,4 +1,4 @@
-//! Linear systems of codes in a report: a sentence, and a row per block.
+//! Linear systems of codes in a report: a sentence per pair, and a row per block.
 
 use super::model::{Table, table};
 use crate::campaigns::face_off::OfSystems;
@@ -7,9 +7,28 @@ use crate::text::{Text, text};
 
 /// What was found of two systems, as a sentence.
 pub fn told(of: &OfSystems) -> Text {
+    text!("Systems of {of.a} and {of.b}{}: {}.", of.level.at(), words(of))
+}
+
+/// What differs in the first system that does.
+pub fn claim(of: &OfSystems) -> Text {
+    let found = of.found.as_ref().map(|found| found.sentence.clone());
+    text!("**{of.a}** and **{of.b}** solve different equations{}: {}", of.level.at(), found.unwrap_or_default())
+}
+
+/// A sentence per pair.
+pub fn pairs(all: &[OfSystems]) -> Table {
+    table!("", all, |of|
+        "codes" => format!("{} – {}{}", of.a, of.b, of.level.at()),
+        "verdict" => of.verdict.word(),
+        "found" => words(of),
+    )
+}
+
+fn words(of: &OfSystems) -> Text {
     let why = of.refused.as_deref().map(Text::message);
     let found = of.found.as_ref().map(|found| found.sentence.clone());
-    text!("Systems of {of.a} and {of.b}{}: {}.", of.level.at(), found.or(why).unwrap_or_default())
+    found.or(why).unwrap_or_default()
 }
 
 /// A row of the table.
@@ -22,7 +41,7 @@ struct Row<'a> {
 }
 
 /// All blocks of the matrices, and the right-hand sides.
-pub fn table_of(all: &[OfSystems]) -> Table {
+pub fn blocks(all: &[OfSystems]) -> Table {
     let mut rows = Vec::new();
     for of in all {
         let Some(found) = &of.found else { continue };
@@ -42,7 +61,7 @@ pub fn table_of(all: &[OfSystems]) -> Table {
             factor: load.factor,
         }));
     }
-    table!("", &rows, |row|
+    table!("Differences of the linear systems by blocks", &rows, |row|
         "codes" => format!("{} – {}{}", row.of.a, row.of.b, row.of.level.at()),
         "of" => row.what.clone(),
         "rows that differ" => whole(row.rows),

@@ -20,6 +20,7 @@ mod recovery;
 mod scheme;
 mod search;
 mod systems;
+mod terms;
 
 use serde::Serialize;
 

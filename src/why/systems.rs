@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
+use super::terms::{OfTerm, terms};
 use crate::text::number::{place, size, whole};
 use crate::text::{Number, Text, text};
-use faceoff_judge::systems::{Block, Compared, Kept, Loads, Region, Settings, System, Where, compare};
-use faceoff_mesh::error::Result;
+use faceoff_judge::systems::{Block, Both, Compared, Kept, Loads, Region, Settings, System, Where};
+use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 
 /// A residual is not rounding from here on.
@@ -25,6 +26,12 @@ pub struct Systems {
     /// What was found.
     #[serde(rename = "systems")]
     pub compared: Compared,
+    /// The terms by which the matrices differ, where that is a sum of few.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<OfTerm>,
+    /// The same of the loads.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub load_terms: Vec<OfTerm>,
 }
 
 impl Systems {
@@ -40,18 +47,52 @@ impl Systems {
             regions: mesh.map(Region::of).unwrap_or_default(),
             ..Settings::default()
         };
-        let compared = compare(a, b, &settings)?;
-        Ok(Systems { sentence: sentence(&compared), compared })
+        Systems::with(a, b, mesh, &settings)
+    }
+
+    /// The same with other settings.
+    ///
+    /// # Errors
+    /// As [`Systems::new`].
+    pub fn with(a: &System, b: &System, mesh: Option<&Mesh>, settings: &Settings) -> Result<Self> {
+        let both = Both::new(a, b)?;
+        let compared = both.compare(settings)?;
+        let [of_matrix, of_load] = match mesh {
+            Some(mesh) if !compared.verdict.passes() => terms(&both, &compared, mesh),
+            _ => [Vec::new(), Vec::new()],
+        };
+        Ok(Systems {
+            sentence: sentence(&compared, &of_matrix, &of_load),
+            compared,
+            terms: of_matrix,
+            load_terms: of_load,
+        })
+    }
+}
+
+impl Systems {
+    /// What was found as JSON.
+    ///
+    /// # Errors
+    /// None but of numbers that JSON has not.
+    pub fn json(&self) -> Result<String> {
+        serde_json::to_string(self).map_err(|e| Error::usage(e.to_string(), "report this"))
     }
 }
 
 /// All that differs, or that nothing does.
-pub fn sentence(of: &Compared) -> Text {
+pub fn sentence(of: &Compared, of_matrix: &[OfTerm], of_load: &[OfTerm]) -> Text {
     let (a, b) = (&of.a, &of.b);
     let mut parts: Vec<Text> = Vec::new();
-    parts.extend(of.matrix.iter().filter(|block| block.differs.rows > 0).map(|block| matrix(of, block)));
-    parts.extend(of.load.iter().filter(|loads| loads.differs.rows > 0).map(|loads| load(of, loads)));
+    parts.extend(of.matrix.iter().filter(|block| block.differs.rows > 0).map(|block| matrix(of, block, of_matrix)));
     let constrained = &of.constrained;
+    // Rows beside constrained ones differ as their values or the matrix do.
+    let is_caused = |loads: &&Loads| {
+        let has_matrix = of.matrix.iter().any(|block| block.of == loads.of && block.differs.rows > 0);
+        loads.constrained && (has_matrix || constrained.values > 0)
+    };
+    let loads = of.load.iter().filter(|loads| loads.differs.rows > 0 && !is_caused(loads));
+    parts.extend(loads.map(|loads| load(of, loads, of_load)));
     if let Some(at) = &constrained.only_where {
         let [first, second] = constrained.only;
         let told = [(a, first), (b, second)].into_iter().filter(|(_, rows)| *rows > 0);
@@ -85,7 +126,17 @@ fn told(x: f64) -> Number {
     Number::new(x, DIGITS)
 }
 
-fn matrix(of: &Compared, block: &Block) -> Text {
+/// What one has of each term, and the other.
+fn by_terms(of: &Compared, field: &str, all: &[OfTerm]) -> Vec<Text> {
+    let own = all.iter().filter(|term| term.of == field);
+    own.map(|term| match term.a {
+        Some(a) => text!("{} has {} times `{}`, {} has {}", &of.a, told(a), &term.term, &of.b, told(a + term.more)),
+        None => text!("{} has {} times `{}` more than {}", &of.b, told(term.more), &term.term, &of.a),
+    })
+    .collect()
+}
+
+fn matrix(of: &Compared, block: &Block, terms: &[OfTerm]) -> Text {
     let (a, b) = (&of.a, &of.b);
     let coupling = match block.of == block.with {
         true if of.load.len() == 1 => Text::default(),
@@ -103,6 +154,9 @@ fn matrix(of: &Compared, block: &Block) -> Text {
     };
     let mut more: Vec<Text> = Vec::new();
     if block.of == block.with {
+        more = by_terms(of, &block.of, terms);
+    }
+    if block.of == block.with {
         let constants = of.energies.iter().filter(|energy| energy.of == block.of);
         let differing = constants.filter(|energy| {
             let [x, y] = energy.values;
@@ -117,6 +171,8 @@ fn matrix(of: &Compared, block: &Block) -> Text {
             if x != y {
                 let (zero, other) = if x { (a, b) } else { (b, a) };
                 more.push(text!("{} are in the kernel in {zero} and not in {other}", kernel.kind));
+            } else if kernel.of_difference.is_some_and(|left| left <= NOTHING) && block.factor.is_none() {
+                more.push(text!("the difference is 0 for {}", kernel.kind));
             }
         }
     }
@@ -127,7 +183,7 @@ fn matrix(of: &Compared, block: &Block) -> Text {
     text!("the matrices{coupling} differ in {} rows, {}{how}{shape}{more}", whole(block.differs.rows), located(&block.differs))
 }
 
-fn load(of: &Compared, loads: &Loads) -> Text {
+fn load(of: &Compared, loads: &Loads, terms: &[OfTerm]) -> Text {
     let (a, b) = (&of.a, &of.b);
     let field = match of.load.len() {
         1 => Text::default(),
@@ -143,7 +199,12 @@ fn load(of: &Compared, loads: &Loads) -> Text {
         }
         None => text!(" by up to {} of the largest, by no common factor", size(loads.largest)),
     };
-    text!("the loads{field} differ in {} rows{how}", whole(loads.differs.rows))
+    let more = by_terms(of, &loads.of, terms);
+    let more = match more.is_empty() {
+        true => Text::default(),
+        false => text!(" ({})", Text::joined(more, "; ")),
+    };
+    text!("the loads{field} differ in {} rows{how}{more}", whole(loads.differs.rows))
 }
 
 fn located(at: &Where) -> Text {

@@ -28,6 +28,7 @@ pub use functional::Functionals;
 pub use held::{Held, held};
 pub(crate) use held::{means, value};
 pub use output::{output, values};
+pub use places::dof_table;
 pub(crate) use places::places;
 pub(crate) use read::read;
 pub use solve::{Solution, solve, solve_with};

@@ -1,5 +1,7 @@
 //! Where dofs are.
 
+use faceoff_mesh::io::DofTable;
+
 use super::assemble::Assembler;
 use super::element::{Shape, carriers};
 
@@ -31,6 +33,26 @@ pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
         }
     }
     all
+}
+
+/// The table of all dofs of spaces that have values at nodes; none of moments on facets or edges.
+pub fn dof_table(assembler: &Assembler) -> Option<DofTable> {
+    let unknowns = &assembler.problem.unknowns;
+    if unknowns.iter().any(|unknown| unknown.space.element.is_vector()) {
+        return None;
+    }
+    let mut all = DofTable {
+        names: unknowns.iter().map(|unknown| unknown.name.clone()).collect(),
+        ..DofTable::default()
+    };
+    for (unknown, component, at) in places(assembler) {
+        let mut direction = [0.0; 3];
+        *direction.get_mut(component)? = 1.0;
+        all.field.push(u16::try_from(unknown).ok()?);
+        all.at.push(at);
+        all.direction.push(direction);
+    }
+    Some(all)
 }
 
 /// The centre of a facet or edge that carries a dof.

@@ -1,12 +1,13 @@
 //! D = A - P B Pᵀ by rows and blocks, the difference of the right-hand sides, and each answer in the other's system.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
 use super::groups::{Where, located, members};
 use super::held::{Constrained, Held, held};
-use super::matching::matched;
+use super::matching::{Matched, matched};
 use super::matrix::Matrix;
 use super::{Compared, Settings, System, probes};
 use crate::Verdict;
@@ -20,8 +21,8 @@ const RTOL: f64 = 1e-12;
 const SMALL: f64 = 1e-3;
 /// A load is where it is larger than this part of its largest value.
 const SUPPORT: f64 = 1e-9;
-/// Common factors are told up to this part; what two matrices have in common may be known to fewer digits than their entries.
-const COMMON: f64 = 1e-9;
+/// A factor, a symmetry or a number is common if it leaves no more than this part of the difference, or rounding.
+const COMMON: f64 = 1e-6;
 
 /// The rows of one field and the columns of another.
 #[derive(Debug, Clone, Serialize)]
@@ -55,6 +56,8 @@ pub struct Loads {
     /// The second load over the first, where that is one number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
+    /// Is each of these rows coupled to a constrained one, whose value it gets through the matrix?
+    pub constrained: bool,
     /// Where each of them is not 0.
     pub support: [Where; 2],
 }
@@ -68,16 +71,55 @@ pub struct Residuals {
     pub other: [f64; 2],
 }
 
-/// Both systems in the numbering of the first.
+/// Two systems in the numbering and scaling of the one with more rows, which is the first.
+#[derive(Debug, Clone)]
 pub struct Both<'a> {
+    /// The first system.
     pub a: &'a System,
-    pub matrices: [&'a Matrix; 2],
+    /// The second one, as it is.
+    pub b: &'a System,
+    /// Both matrices.
+    pub matrices: [Cow<'a, Matrix>; 2],
+    /// Both right-hand sides.
     pub loads: [Vec<f64>; 2],
     /// The values of constrained rows.
     pub given: [Vec<f64>; 2],
     /// Rows that either system constrains.
     pub is_held: Vec<bool>,
+    /// All others.
     pub free: Vec<usize>,
+    matched: Matched,
+    rows: [Vec<Option<Held>>; 2],
+}
+
+impl<'a> Both<'a> {
+    /// Matches the rows of two systems, and finds those that are constrained.
+    ///
+    /// # Errors
+    /// Dofs that cannot be matched; [`faceoff_mesh::Error::Ended`].
+    pub fn new(a: &'a System, b: &'a System) -> Result<Self> {
+        if b.dofs.at.len() > a.dofs.at.len() {
+            return Both::new(b, a);
+        }
+        let matched = matched(a, b)?;
+        let count = a.dofs.at.len();
+        let load = spread(count, &matched.to, &b.load, |k, b| b / matched.scale[k]);
+        let matrix = b.matrix.renumbered(count, &matched.to, &matched.scale);
+        cancel::check()?;
+        let rows = held((&a.matrix, &a.load), (&matrix, &load), &matched.is_in_both);
+        let is_held: Vec<bool> = (0..count).map(|k| rows.iter().any(|rows| rows[k].is_some())).collect();
+        Ok(Both {
+            free: (0..count).filter(|row| !is_held[*row]).collect(),
+            is_held,
+            given: [0, 1].map(|k| given(&rows[k], &rows[1 - k])),
+            matrices: [Cow::Borrowed(&a.matrix), Cow::Owned(matrix)],
+            loads: [a.load.clone(), load],
+            matched,
+            rows,
+            a,
+            b,
+        })
+    }
 }
 
 /// Compares two systems.
@@ -85,52 +127,67 @@ pub struct Both<'a> {
 /// # Errors
 /// Dofs that cannot be matched; [`faceoff_mesh::Error::Ended`].
 pub fn compare(a: &System, b: &System, settings: &Settings) -> Result<Compared> {
-    if b.dofs.at.len() > a.dofs.at.len() {
-        return compare(b, a, settings);
+    Both::new(a, b)?.compare(settings)
+}
+
+impl Both<'_> {
+    /// Compares them.
+    ///
+    /// # Errors
+    /// [`faceoff_mesh::Error::Ended`].
+    pub fn compare(&self, settings: &Settings) -> Result<Compared> {
+        let Both { a, b, matched, .. } = self;
+        let count = a.dofs.at.len();
+        let values = b.dofs.values.as_ref();
+        let values = values.map(|u| spread(count, &matched.to, u, |k, u| u * matched.scale[k]));
+        let rtol = if settings.rtol > 0.0 { settings.rtol } else { RTOL };
+        let regions = members(&settings.regions, &a.dofs.at)?;
+        let place = |rows: &[usize], all: usize| located(rows, all, &a.dofs.at, &regions);
+        let constrained = constrained(self, rtol, &place);
+        let mut worst = vec![0.0f64; count];
+        let matrix = blocks(self, rtol, &mut worst, &place)?;
+        let load = loads(self, rtol, &mut worst, &place);
+        let differs = matrix.iter().any(|b| b.differs.rows > 0) || load.iter().any(|l| l.differs.rows > 0);
+        let is_same = !differs && constrained.only == [0, 0] && constrained.values == 0;
+        let answers = a.dofs.values.as_ref().zip(values.as_ref());
+        let shown = (0..count).filter(|row| worst[*row] > 0.0);
+        Ok(Compared {
+            verdict: if is_same { Verdict::Agree } else { Verdict::Disagree },
+            dofs: matched.to.len(),
+            rescaled: matched.scale.iter().filter(|s| **s != 1.0).count(),
+            free: self.free.len(),
+            constrained,
+            matrix,
+            load,
+            kernels: probes::kernels(self),
+            energies: settings.volume.map_or_else(Vec::new, |volume| probes::energies(self, volume)),
+            residuals: answers.map(|(u, v)| residuals(self, u, v, &matched.is_in_both)),
+            rows: shown.map(|row| (a.dofs.at[row], worst[row])).collect(),
+            b: b.name.clone(),
+            a: a.name.clone(),
+        })
     }
-    let found = matched(a, b)?;
-    let count = a.dofs.at.len();
-    let values = b.dofs.values.as_ref().map(|u| spread(count, &found.to, u, |k, u| u * found.scale[k]));
-    let load_b = spread(count, &found.to, &b.load, |k, b| b / found.scale[k]);
-    let matrix_b = b.matrix.renumbered(count, &found.to, &found.scale);
-    cancel::check()?;
-    let rtol = if settings.rtol > 0.0 { settings.rtol } else { RTOL };
-    let rows = held((&a.matrix, &a.load), (&matrix_b, &load_b), &found.is_in_both);
-    let is_held: Vec<bool> = (0..count).map(|k| rows.iter().any(|rows| rows[k].is_some())).collect();
-    let given = [0, 1].map(|k| given(&rows[k], &rows[1 - k]));
-    let regions = members(&settings.regions, &a.dofs.at)?;
-    let both = Both {
-        free: (0..count).filter(|row| !is_held[*row]).collect(),
-        is_held,
-        matrices: [&a.matrix, &matrix_b],
-        loads: [a.load.clone(), load_b],
-        given,
-        a,
-    };
-    let place = |rows: &[usize], all: usize| located(rows, all, &a.dofs.at, &regions);
-    let constrained = constrained(&both, &rows, rtol, &place);
-    let mut worst = vec![0.0f64; count];
-    let matrix = blocks(&both, rtol, &mut worst, &place)?;
-    let load = loads(&both, rtol, &mut worst, &place);
-    let differs = matrix.iter().any(|b| b.differs.rows > 0) || load.iter().any(|l| l.differs.rows > 0);
-    let is_same = !differs && constrained.only == [0, 0] && constrained.values == 0;
-    let answers = a.dofs.values.as_ref().zip(values.as_ref());
-    let shown = (0..count).filter(|row| worst[*row] > 0.0);
-    Ok(Compared {
-        verdict: if is_same { Verdict::Agree } else { Verdict::Disagree },
-        dofs: found.to.len(),
-        rescaled: found.scale.iter().filter(|s| **s != 1.0).count(),
-        free: both.free.len(),
-        constrained,
-        matrix,
-        load,
-        kernels: probes::kernels(&both),
-        energies: settings.volume.map_or_else(Vec::new, |volume| probes::energies(&both, volume)),
-        residuals: answers.map(|(u, v)| residuals(&both, u, v, &found.is_in_both)),
-        rows: shown.map(|row| (a.dofs.at[row], worst[row])).collect(),
-        b: b.name.clone(),
-        a: a.name.clone(),
-    })
+
+    /// The product of a matrix with a vector that is 0 in constrained rows, and the sizes of its rows; 0 in constrained rows.
+    pub fn times(&self, which: usize, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (mut product, mut size) = self.matrices[which].times(x);
+        for row in (0..x.len()).filter(|row| self.is_held[*row]) {
+            (product[row], size[row]) = (0.0, 0.0);
+        }
+        (product, size)
+    }
+
+    /// The right-hand side in a row without what constrained dofs contribute, and the size of that.
+    pub fn load(&self, which: usize, row: usize) -> (f64, f64) {
+        let held = self.matrices[which].row(row).filter(|(column, _)| self.is_held[*column]);
+        let terms = held.map(|(column, a)| a * self.given[which][column]);
+        terms.fold((self.loads[which][row], 0.0), |(sum, size), term| (sum - term, size + term.abs()))
+    }
+
+    /// Does a row have a constrained column in either system?
+    fn is_touched(&self, row: usize) -> bool {
+        self.matrices.iter().any(|matrix| matrix.row(row).any(|(column, _)| self.is_held[column]))
+    }
 }
 
 /// Values by the second numbering, in the first; 0 where there is none.
@@ -154,11 +211,11 @@ fn given(own: &[Option<Held>], other: &[Option<Held>]) -> Vec<f64> {
     .collect()
 }
 
-fn constrained(both: &Both<'_>, rows: &[Vec<Option<Held>>; 2], rtol: f64, place: &dyn Fn(&[usize], usize) -> Where) -> Constrained {
+fn constrained(both: &Both<'_>, rtol: f64, place: &dyn Fn(&[usize], usize) -> Where) -> Constrained {
     let mut found = Constrained::default();
     let (mut only, mut differ, mut pairs) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..both.is_held.len() {
-        let held = [rows[0][k], rows[1][k]];
+        let held = [both.rows[0][k], both.rows[1][k]];
         for (kept, held) in found.kept.iter_mut().zip(held) {
             if let Some(held) = held.filter(|held| !kept.contains(&held.kept)) {
                 kept.push(held.kept);
@@ -187,7 +244,7 @@ fn constrained(both: &Both<'_>, rows: &[Vec<Option<Held>>; 2], rtol: f64, place:
     if !differ.is_empty() {
         let (ab, aa) = pairs.iter().fold((0.0, 0.0), |(ab, aa), (_, a, b)| (ab + a * b, aa + a * a));
         let factor = ab / aa;
-        found.factor = pairs.iter().all(|(_, a, b)| (b - factor * a).abs() <= COMMON * most).then_some(factor);
+        found.factor = pairs.iter().all(|(_, a, b)| (b - factor * a).abs() <= (COMMON * found.largest).max(rtol) * most).then_some(factor);
         found.values_where = Some(place(&differ, both.is_held.len()));
     }
     found.values = differ.len();
@@ -198,8 +255,8 @@ fn constrained(both: &Both<'_>, rows: &[Vec<Option<Held>>; 2], rtol: f64, place:
 }
 
 /// Two rows side by side: columns, and entries of both, without constrained columns.
-fn merged<'a>(both: &'a Both<'_>, row: usize) -> impl Iterator<Item = (usize, f64, f64)> + 'a {
-    let [a, b] = both.matrices;
+pub fn merged<'a>(both: &'a Both<'_>, row: usize) -> impl Iterator<Item = (usize, f64, f64)> + 'a {
+    let [a, b] = &both.matrices;
     let (mut a, mut b) = (a.row(row).peekable(), b.row(row).peekable());
     let all = std::iter::from_fn(move || match (a.peek().copied(), b.peek().copied()) {
         (Some((i, x)), Some((j, y))) if i == j => {
@@ -276,25 +333,18 @@ fn blocks(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize]
         let possible = both.free.iter().filter(|row| field(**row) == of).count();
         let name = |k: u16| both.a.dofs.names[usize::from(k)].clone();
         let is_other = !rows.is_empty();
-        let is_plain = |k: usize| is_other && of == with && most(k) <= COMMON * most(0);
+        let is_plain = |k: usize| is_other && of == with && most(k) <= (COMMON * most(0)).max(rtol);
         found.push(Block {
             of: name(of),
             with: name(with),
             largest: most(0),
             differs: place(&rows, possible),
-            factor: (is_other && most(1) <= COMMON).then_some(factor),
+            factor: (is_other && most(1) <= (COMMON * most(0)).max(rtol)).then_some(factor),
             symmetric: is_plain(2),
             skew: is_plain(3),
         });
     }
     Ok(found)
-}
-
-/// b without what constrained dofs contribute, and the size of that.
-fn reduced(both: &Both<'_>, k: usize, row: usize) -> (f64, f64) {
-    let held = both.matrices[k].row(row).filter(|(column, _)| both.is_held[*column]);
-    let terms = held.map(|(column, a)| a * both.given[k][column]);
-    terms.fold((both.loads[k][row], 0.0), |(sum, size), term| (sum - term, size + term.abs()))
 }
 
 fn loads(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize], usize) -> Where) -> Vec<Loads> {
@@ -303,7 +353,7 @@ fn loads(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize],
         let is_here = |row: &&usize| usize::from(both.a.dofs.field[**row]) == field;
         let rows: Vec<usize> = both.free.iter().filter(is_here).copied().collect();
         let values: Vec<([f64; 2], f64)> = parallel::collect(rows.len(), |k| {
-            let [(a, size), (b, other)] = [0, 1].map(|k_| reduced(both, k_, rows[k]));
+            let [(a, size), (b, other)] = [0, 1].map(|which| both.load(which, rows[k]));
             ([a, b], size.max(other))
         });
         let most = values.iter().fold(0.0f64, |most, ([a, b], _)| most.max(a.abs()).max(b.abs()));
@@ -315,7 +365,8 @@ fn loads(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize],
         let differ: Vec<usize> = (0..rows.len()).filter(|k| far(*k) > rtol).collect();
         let (ab, aa) = values.iter().fold((0.0, 0.0), |(ab, aa), ([a, b], _)| (ab + a * b, aa + a * a));
         let factor = ab / aa;
-        let is_common = values.iter().all(|([a, b], _)| (b - factor * a).abs() <= COMMON * most);
+        let largest = (0..rows.len()).map(far).fold(0.0, f64::max);
+        let is_common = values.iter().all(|([a, b], _)| (b - factor * a).abs() <= (COMMON * largest).max(rtol) * most);
         differ.iter().for_each(|k| worst[rows[*k]] = worst[rows[*k]].max(far(*k)));
         let support = |which: usize| {
             let there = (0..rows.len()).filter(|k| values[*k].0[which].abs() > SUPPORT * most);
@@ -324,7 +375,8 @@ fn loads(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize],
         let differing: Vec<usize> = differ.iter().map(|k| rows[*k]).collect();
         Loads {
             of: name.clone(),
-            largest: (0..rows.len()).map(far).fold(0.0, f64::max),
+            largest,
+            constrained: !differing.is_empty() && differing.iter().all(|row| both.is_touched(*row)),
             factor: (!differ.is_empty() && aa > 0.0 && is_common).then_some(factor),
             differs: place(&differing, rows.len()),
             support: [support(0), support(1)],

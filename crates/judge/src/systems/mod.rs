@@ -32,10 +32,10 @@ mod probes;
 #[cfg(test)]
 mod tests;
 
-pub use difference::{Block, Loads, Residuals, compare};
+pub use difference::{Block, Both, Loads, Residuals, compare};
 pub use groups::{Region, Where};
 pub use held::{Constrained, Kept};
-pub use matching::Matched;
+pub use matching::{Matched, matched};
 pub use matrix::Matrix;
 pub use probes::{Energies, Kernel};
 

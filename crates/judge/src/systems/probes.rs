@@ -16,6 +16,9 @@ pub struct Kernel {
     pub kind: &'static str,
     /// In the first and the second matrix.
     pub left: [f64; 2],
+    /// In their difference, over the sizes of its own terms; none where that is rounding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of_difference: Option<f64>,
 }
 
 /// Energies of constant fields and constant gradients over the volume.
@@ -95,7 +98,7 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
             kinds.push(("gradients", stretches.chain(pairs(1.0)).collect()));
         }
         for (kind, fields) in kinds {
-            let left = both.matrices.map(|matrix| {
+            let left = both.matrices.each_ref().map(|matrix| {
                 let each = fields.iter().map(|w| {
                     let (product, size) = matrix.times(&w.dofs(both, field));
                     let own = inner.iter().filter(|row| usize::from(both.a.dofs.field[**row]) == field && size[**row] > 0.0);
@@ -103,9 +106,27 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
                 });
                 each.fold(0.0, f64::max)
             });
+            // The entries of D, whose own sizes are those of the differences.
+            let mut differing = false;
+            let mut of_difference = 0.0f64;
+            for w in &fields {
+                let w = w.dofs(both, field);
+                for row in inner.iter().filter(|row| usize::from(both.a.dofs.field[**row]) == field) {
+                    let (mut sum, mut size, mut all) = (0.0, 0.0, 0.0);
+                    for (column, a, b) in super::difference::merged(both, *row) {
+                        sum += (a - b) * w[column];
+                        size += ((a - b) * w[column]).abs();
+                        all += (a * w[column]).abs() + (b * w[column]).abs();
+                    }
+                    if size > 1e-12 * all {
+                        differing = true;
+                        of_difference = of_difference.max(sum.abs() / size.max(1e-6 * all));
+                    }
+                }
+            }
             // A field of which no row can be looked at says nothing.
             if inner.iter().any(|row| usize::from(both.a.dofs.field[*row]) == field) {
-                all.push(Kernel { of: name.clone(), kind, left });
+                all.push(Kernel { of: name.clone(), kind, left, of_difference: differing.then_some(of_difference) });
             }
         }
     }
@@ -124,7 +145,7 @@ pub fn energies(both: &Both<'_>, volume: f64) -> Vec<Energies> {
         // The energy of one field, per volume, in both; over its size it is rounding where the field is in the kernel.
         let energy = |w: Linear| {
             let w = w.dofs(both, field);
-            both.matrices.map(|matrix| {
+            both.matrices.each_ref().map(|matrix| {
                 let (product, size) = matrix.times(&w);
                 let sum: f64 = w.iter().zip(&product).map(|(w, p)| w * p).sum();
                 let most: f64 = w.iter().zip(&size).map(|(w, s)| (w * s).abs()).sum();

@@ -1,0 +1,266 @@
+//! The difference of two linear systems as a sum of faceoff's own mass, stiffness, convection and boundary terms.
+//!
+//! The terms are those of a form that is put together here, on the mesh and in the space whose nodes the dofs are. A bilinear term T is seen through T w for
+//! one vector w without any symmetry: D w = Σ δ T w has one solution with few δ, which the recovery of forms finds.
+
+use serde::Serialize;
+
+use faceoff_form::Problem;
+use faceoff_form::judge::recovery::{Column, Recovered, Scheme, Trial, recover};
+use faceoff_form::own::{Assembler, State, Wanted, dof_table};
+use faceoff_judge::systems::{Both, Compared, System, matched};
+use faceoff_mesh::io::{Coordinates, DofTable};
+use faceoff_mesh::mesh::Mesh;
+
+/// What a row may keep of its size.
+const ROUNDING: f64 = 1e-12;
+/// Terms in one explanation.
+const MOST: usize = 4;
+/// Larger systems are not explained.
+const ROWS: usize = 200_000;
+
+/// A term that one system has more of than the other.
+#[derive(Debug, Clone, Serialize)]
+pub struct OfTerm {
+    /// The field.
+    pub of: String,
+    /// In the language of forms, with u the field and v its test function.
+    pub term: String,
+    /// What the second system has more of it.
+    pub more: f64,
+    /// What the first one has of it, where all of it is known as a sum of terms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub a: Option<f64>,
+}
+
+/// Own terms on the rows of one field.
+struct Terms {
+    texts: Vec<(String, usize)>,
+    columns: Vec<Column>,
+}
+
+impl Scheme for Target<'_> {
+    fn columns(&self) -> &[Column] {
+        &self.terms.columns
+    }
+
+    fn left(&self, changes: &[(usize, f64)]) -> Option<Vec<f64>> {
+        let mut rest = self.b.to_vec();
+        for (k, delta) in changes {
+            let all = rest.iter_mut().zip(&self.terms.columns[*k].vector);
+            all.for_each(|(rest, d)| *rest -= delta * d);
+        }
+        Some(rest)
+    }
+
+    fn is_curved(&self, _: &[usize]) -> bool {
+        false
+    }
+
+    fn rank(&self, change: usize, _: f64) -> usize {
+        self.terms.texts[change].1
+    }
+
+    fn is_sound(&self, _: &Trial) -> bool {
+        true
+    }
+}
+
+struct Target<'a> {
+    terms: &'a Terms,
+    b: &'a [f64],
+}
+
+/// The terms by which matrices differ, and those by which loads do.
+pub fn terms(both: &Both<'_>, compared: &Compared, mesh: &Mesh) -> [Vec<OfTerm>; 2] {
+    let mut all = [Vec::new(), Vec::new()];
+    if both.is_held.len() > ROWS {
+        return all;
+    }
+    for (field, name) in both.a.dofs.names.iter().enumerate() {
+        let has_matrix = compared.matrix.iter().any(|block| block.of == *name && block.with == *name && block.differs.rows > 0);
+        let has_load = compared.load.iter().any(|load| load.of == *name && load.differs.rows > 0);
+        if !has_matrix && !has_load {
+            continue;
+        }
+        for degree in [1, 2] {
+            let Some(space) = Space::new(both, field, mesh, degree) else { continue };
+            if has_matrix {
+                all[0].extend(space.matrix(both, name));
+            }
+            // Constrained values come into the loads through the matrix.
+            if has_load && !has_matrix {
+                all[1].extend(space.load(both, name));
+            }
+            break;
+        }
+    }
+    all
+}
+
+/// Own terms in the space of a field, matched with its rows.
+struct Space {
+    assembler: Assembler,
+    /// The rows of the field, and for each of them the own dof.
+    rows: Vec<usize>,
+    own: Vec<u32>,
+    bilinear: Vec<(String, usize)>,
+    linear: Vec<(String, usize)>,
+}
+
+impl Space {
+    /// Of polynomials of this degree; none if the rows are not their values at nodes.
+    fn new(both: &Both<'_>, field: usize, mesh: &Mesh, degree: usize) -> Option<Self> {
+        let dofs = &both.a.dofs;
+        let rows: Vec<usize> = (0..dofs.at.len()).filter(|k| usize::from(dofs.field[*k]) == field).collect();
+        let is_vector = rows.iter().any(|row| dofs.direction[*row][0] == 0.0);
+        let dim = usize::from(mesh.dim());
+        let groups = mesh.groups.iter().filter(|group| usize::from(group.dim) + 1 == dim);
+        let is_name = |name: &&str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let groups: Vec<&str> = groups.filter_map(|group| group.name.as_deref()).filter(is_name).collect();
+        let (bilinear, linear) = texts(dim, is_vector, &groups);
+        let space = if is_vector { format!("P{degree}^{dim}") } else { format!("P{degree}") };
+        let sum: Vec<&str> = bilinear.iter().chain(&linear).map(|(text, _)| text.as_str()).collect();
+        let form = format!("name = \"terms\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"{}\"\n", sum.join(" + "));
+        let problem = Problem::parse("terms".as_ref(), &form, mesh).ok()?;
+        if problem.integrals.len() != sum.len() {
+            return None;
+        }
+        let assembler = Assembler::of(&problem, mesh, &problem.integrals, false).ok()?;
+        let system = |name: &str, table: DofTable| {
+            let count = table.at.len();
+            let matrix = Coordinates { rows: count, columns: count, entries: Vec::new() };
+            System::new(name, matrix, vec![0.0; count], table).ok()
+        };
+        let own = system("terms", dof_table(&assembler)?)?;
+        let part = DofTable {
+            names: vec!["u".into()],
+            field: vec![0; rows.len()],
+            at: rows.iter().map(|row| dofs.at[*row]).collect(),
+            direction: rows.iter().map(|row| dofs.direction[*row]).collect(),
+            values: None,
+        };
+        let found = matched(&own, &system("field", part)?).ok()?;
+        // Values at nodes in another scaling are not the values of this space.
+        let is_alike = found.scale.iter().all(|scale| *scale == 1.0);
+        is_alike.then_some(Space { assembler, rows, own: found.to, bilinear, linear })
+    }
+
+    /// F(w; ·) of each term, on the rows of the field over their sizes.
+    fn columns(&self, both: &Both<'_>, w: &[f64], sizes: &[f64], which: std::ops::Range<usize>) -> Terms {
+        let mut own = vec![0.0; self.assembler.dofs.count()];
+        self.rows.iter().zip(&self.own).for_each(|(row, dof)| own[*dof as usize] = w[*row]);
+        let all = self.bilinear.iter().chain(&self.linear).cloned();
+        let texts: Vec<(String, usize)> = all.skip(which.start).take(which.len()).collect();
+        let columns = which.map(|k| {
+            let state = State { u: &own, old: &[], parameters: &[] };
+            let values = self.assembler.assemble_only(k, state, Wanted::Residual).residual;
+            let each = self.rows.iter().zip(&self.own).map(|(row, dof)| (*row, values[*dof as usize]));
+            Column::number(each.map(|(row, value)| over(both, row, value, sizes)).collect(), 1.0)
+        });
+        Terms { columns: columns.collect(), texts }
+    }
+
+    /// What the matrices have of each term.
+    fn matrix(&self, both: &Both<'_>, name: &str) -> Vec<OfTerm> {
+        let mut w = vec![0.0; both.is_held.len()];
+        for (k, row) in self.rows.iter().enumerate().filter(|(_, row)| !both.is_held[**row]) {
+            // The golden ratio: no two are alike, and none is small.
+            w[*row] = 1.0 + (k as f64 * 0.618_033_988_749_895).fract();
+        }
+        let [(a, size), (b, other)] = [0, 1].map(|which| both.times(which, &w));
+        let sizes: Vec<f64> = size.iter().zip(&other).map(|(a, b)| a.max(*b)).collect();
+        let terms = self.columns(both, &w, &sizes, 0..self.bilinear.len());
+        let scaled = |of: &dyn Fn(usize) -> f64| self.rows.iter().map(|row| over(both, *row, of(*row), &sizes)).collect();
+        let more: Vec<f64> = scaled(&|row| b[row] - a[row]);
+        let whole: Vec<f64> = scaled(&|row| a[row]);
+        told(&terms, name, &more, Some(&whole))
+    }
+
+    /// What the loads have of each term.
+    fn load(&self, both: &Both<'_>, name: &str) -> Vec<OfTerm> {
+        let count = both.is_held.len();
+        let most = self.rows.iter().filter(|row| !both.is_held[**row]);
+        let most = most.map(|row| both.load(0, *row).0.abs().max(both.load(1, *row).0.abs())).fold(0.0, f64::max);
+        let sizes = vec![most; count];
+        let bilinear = self.bilinear.len();
+        let terms = self.columns(both, &vec![0.0; count], &sizes, bilinear..bilinear + self.linear.len());
+        let value = |which: usize, row: usize| both.load(which, row).0;
+        let scaled = |of: &dyn Fn(usize) -> f64| self.rows.iter().map(|row| over(both, *row, of(*row), &sizes)).collect();
+        let more: Vec<f64> = scaled(&|row| value(1, row) - value(0, row));
+        let whole: Vec<f64> = scaled(&|row| value(0, row));
+        told(&terms, name, &more, Some(&whole))
+    }
+}
+
+/// Over the size of the row; 0 in constrained rows.
+fn over(both: &Both<'_>, row: usize, value: f64, sizes: &[f64]) -> f64 {
+    match both.is_held[row] || sizes[row] == 0.0 {
+        true => 0.0,
+        false => value / sizes[row],
+    }
+}
+
+fn told(terms: &Terms, name: &str, more: &[f64], whole: Option<&[f64]>) -> Vec<OfTerm> {
+    let find = |b: &[f64]| {
+        let Recovered { exact, .. } = recover(&Target { terms, b }, b, ROUNDING, MOST);
+        exact.into_iter().next()
+    };
+    let Some(found) = find(more) else { return Vec::new() };
+    let whole = whole.and_then(find);
+    let each = found.of.iter().zip(&found.deltas);
+    each.map(|(k, delta)| OfTerm {
+        of: name.to_owned(),
+        term: terms.texts[*k].0.clone(),
+        more: *delta,
+        a: whole.as_ref().map(|whole| {
+            let own = whole.of.iter().zip(&whole.deltas).find(|(own, _)| *own == k);
+            own.map_or(0.0, |(_, a)| *a)
+        }),
+    })
+    .collect()
+}
+
+/// Bilinear and linear terms, each with how far-fetched it is.
+fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
+    let mut bilinear: Vec<(String, usize)> = Vec::new();
+    let mut linear: Vec<(String, usize)> = Vec::new();
+    let dx = |text: &str, rank: usize| (format!("{text}*dx"), rank);
+    let axes = || 0..dim;
+    if is_vector {
+        bilinear.push(dx("inner(sym(grad(u)), sym(grad(v)))", 0));
+        bilinear.push(dx("div(u)*div(v)", 0));
+        bilinear.push(dx("inner(grad(u), grad(v))", 0));
+        bilinear.push(dx("dot(u, v)", 0));
+        for k in axes() {
+            let each: Vec<String> = axes().map(|i| format!("grad(u)[{i}, {k}]*v[{i}]")).collect();
+            bilinear.push(dx(&format!("({})", each.join(" + ")), 2));
+            bilinear.push(dx(&format!("u[{k}]*v[{k}]"), 3));
+        }
+        for group in groups {
+            bilinear.push((format!("dot(u, v)*ds({group})"), 1));
+            bilinear.push((format!("dot(u, n)*dot(v, n)*ds({group})"), 2));
+        }
+        for k in axes() {
+            linear.push(dx(&format!("v[{k}]"), 0));
+            linear.extend(["x", "y", "z"][..dim].iter().map(|x| dx(&format!("{x}*v[{k}]"), 2)));
+            linear.extend(groups.iter().map(|group| (format!("v[{k}]*ds({group})"), 1)));
+        }
+    } else {
+        bilinear.push(dx("dot(grad(u), grad(v))", 0));
+        bilinear.push(dx("u*v", 0));
+        for k in axes() {
+            bilinear.push(dx(&format!("grad(u)[{k}]*v"), 2));
+            bilinear.push(dx(&format!("u*grad(v)[{k}]"), 3));
+            for l in axes().filter(|l| *l != k) {
+                bilinear.push(dx(&format!("grad(u)[{k}]*grad(v)[{l}]"), 4));
+            }
+            bilinear.push(dx(&format!("grad(u)[{k}]*grad(v)[{k}]"), 3));
+        }
+        bilinear.extend(groups.iter().map(|group| (format!("u*v*ds({group})"), 1)));
+        linear.push(dx("v", 0));
+        linear.extend(["x", "y", "z"][..dim].iter().map(|x| dx(&format!("{x}*v"), 2)));
+        linear.extend(groups.iter().map(|group| (format!("v*ds({group})"), 1)));
+    }
+    (bilinear, linear)
+}
