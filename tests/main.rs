@@ -45,6 +45,7 @@ mod settled;
 mod solid;
 mod spectra;
 mod study;
+mod systems;
 mod terminal;
 mod transport;
 mod trust;

@@ -4,7 +4,7 @@ use faceoff::why::Systems;
 use faceoff_judge::systems::{Settings, System};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::{Coordinates, DofTable};
-use numpy::{PyArrayMethods as _, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::call::run;

@@ -14,9 +14,7 @@ const UNSOLVED: f64 = 1e-9;
 /// A field is in the kernel if no row is left with more.
 const NOTHING: f64 = 1e-10;
 /// Constants are told with so many digits.
-const DIGITS: usize = 6;
-/// Constants differ from this part of the larger one on.
-const APART: f64 = 1e-9;
+const DIGITS: usize = 5;
 
 /// Two systems face to face.
 #[derive(Debug, Clone, Serialize)]
@@ -123,7 +121,8 @@ pub fn sentence(of: &Compared, of_matrix: &[OfTerm], of_load: &[OfTerm]) -> Text
 }
 
 fn told(x: f64) -> Number {
-    Number::new(x, DIGITS)
+    let rounded = format!("{x:.*e}", DIGITS - 1);
+    Number::exact(rounded.parse().unwrap_or(x))
 }
 
 /// What one has of each term, and the other.
@@ -131,6 +130,7 @@ fn by_terms(of: &Compared, field: &str, all: &[OfTerm]) -> Vec<Text> {
     let own = all.iter().filter(|term| term.of == field);
     own.map(|term| match term.a {
         Some(a) => text!("{} has {} times `{}`, {} has {}", &of.a, told(a), &term.term, &of.b, told(a + term.more)),
+        None if term.more < 0.0 => text!("{} has {} times `{}` more than {}", &of.a, told(-term.more), &term.term, &of.b),
         None => text!("{} has {} times `{}` more than {}", &of.b, told(term.more), &term.term, &of.a),
     })
     .collect()
@@ -143,8 +143,10 @@ fn matrix(of: &Compared, block: &Block, terms: &[OfTerm]) -> Text {
         true => text!(" of `{block.of}`"),
         false => text!(" of `{block.of}` with `{block.with}`"),
     };
+    let of_terms = terms.iter().filter(|term| term.of == block.of && block.of == block.with).count();
     let how = match block.factor {
         Some(factor) => text!(": {b}'s is {a}'s times {}", told(factor)),
+        None if of_terms > 0 => Text::default(),
         None => text!(" by up to {} of their entries, by no common factor", size(block.largest)),
     };
     let shape = match (block.symmetric, block.skew, block.factor) {
@@ -160,7 +162,7 @@ fn matrix(of: &Compared, block: &Block, terms: &[OfTerm]) -> Text {
         let constants = of.energies.iter().filter(|energy| energy.of == block.of);
         let differing = constants.filter(|energy| {
             let [x, y] = energy.values;
-            (x - y).abs() > APART * x.abs().max(y.abs())
+            told(x) != told(y)
         });
         more.extend(differing.map(|energy| {
             let [x, y] = energy.values;
@@ -190,6 +192,7 @@ fn load(of: &Compared, loads: &Loads, terms: &[OfTerm]) -> Text {
         _ => text!(" of `{loads.of}`"),
     };
     let [first, second] = &loads.support;
+    let more = by_terms(of, &loads.of, terms);
     let how = match loads.factor {
         Some(factor) => text!(": {b}'s is {a}'s times {}", told(factor)),
         None if first.rows == 0 => text!(": {a} has none, {b}'s is {}", located(second)),
@@ -197,9 +200,9 @@ fn load(of: &Compared, loads: &Loads, terms: &[OfTerm]) -> Text {
         None if first.between != second.between || first.group != second.group => {
             text!(": {a}'s is {}, {b}'s is {}", located(first), located(second))
         }
-        None => text!(" by up to {} of the largest, by no common factor", size(loads.largest)),
+        None if !more.is_empty() => Text::default(),
+        None => text!(", {} by up to {} of the largest, by no common factor", located(&loads.differs), size(loads.largest)),
     };
-    let more = by_terms(of, &loads.of, terms);
     let more = match more.is_empty() {
         true => Text::default(),
         false => text!(" ({})", Text::joined(more, "; ")),
@@ -208,7 +211,10 @@ fn load(of: &Compared, loads: &Loads, terms: &[OfTerm]) -> Text {
 }
 
 fn located(at: &Where) -> Text {
-    let [low, high] = at.between;
+    let extent = (0..3).map(|k| at.between[1][k] - at.between[0][k]).fold(0.0, f64::max);
+    // Coordinates that are 0 but for rounding.
+    let plain = |x: [f64; 3]| x.map(|x| if x.abs() <= 1e-12 * extent { 0.0 } else { x });
+    let [low, high] = at.between.map(plain);
     let dim = (0..3).filter(|k| low[*k] != 0.0 || high[*k] != 0.0).max().map_or(1, |k| k + 1);
     match &at.group {
         Some(group) => text!("on `{group}`"),

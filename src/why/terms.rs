@@ -16,6 +16,8 @@ use faceoff_mesh::mesh::Mesh;
 const ROUNDING: f64 = 1e-12;
 /// Terms in one explanation.
 const MOST: usize = 4;
+/// A number this small beside another one is 0.
+const NOTHING: f64 = 1e-5;
 /// Larger systems are not explained.
 const ROWS: usize = 200_000;
 
@@ -83,8 +85,8 @@ pub fn terms(both: &Both<'_>, compared: &Compared, mesh: &Mesh) -> [Vec<OfTerm>;
         if !has_matrix && !has_load {
             continue;
         }
-        for degree in [1, 2] {
-            let Some(space) = Space::new(both, field, mesh, degree) else { continue };
+        for space in ["P1", "P2", "RT0", "N1curl", "P0", "CR"] {
+            let Some(space) = Space::new(both, field, mesh, space) else { continue };
             if has_matrix {
                 all[0].extend(space.matrix(both, name));
             }
@@ -104,13 +106,15 @@ struct Space {
     /// The rows of the field, and for each of them the own dof.
     rows: Vec<usize>,
     own: Vec<u32>,
+    /// What the own dofs are times those of the rows.
+    scale: Vec<f64>,
     bilinear: Vec<(String, usize)>,
     linear: Vec<(String, usize)>,
 }
 
 impl Space {
-    /// Of polynomials of this degree; none if the rows are not their values at nodes.
-    fn new(both: &Both<'_>, field: usize, mesh: &Mesh, degree: usize) -> Option<Self> {
+    /// Of elements of this name; none if the rows are not their dofs.
+    fn new(both: &Both<'_>, field: usize, mesh: &Mesh, element: &str) -> Option<Self> {
         let dofs = &both.a.dofs;
         let rows: Vec<usize> = (0..dofs.at.len()).filter(|k| usize::from(dofs.field[*k]) == field).collect();
         let is_vector = rows.iter().any(|row| dofs.direction[*row][0] == 0.0);
@@ -118,8 +122,19 @@ impl Space {
         let groups = mesh.groups.iter().filter(|group| usize::from(group.dim) + 1 == dim);
         let is_name = |name: &&str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         let groups: Vec<&str> = groups.filter_map(|group| group.name.as_deref()).filter(is_name).collect();
-        let (bilinear, linear) = texts(dim, is_vector, &groups);
-        let space = if is_vector { format!("P{degree}^{dim}") } else { format!("P{degree}") };
+        let is_moment = matches!(element, "RT0" | "N1curl");
+        if is_moment && !is_vector {
+            return None;
+        }
+        let (bilinear, linear) = match element {
+            "RT0" | "N1curl" => of_moments(dim, element == "RT0", &groups),
+            "P0" => of_constants(),
+            _ => texts(dim, is_vector, &groups),
+        };
+        let space = match is_vector && !is_moment {
+            true => format!("{element}^{dim}"),
+            false => element.to_owned(),
+        };
         let sum: Vec<&str> = bilinear.iter().chain(&linear).map(|(text, _)| text.as_str()).collect();
         let form = format!("name = \"terms\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"{}\"\n", sum.join(" + "));
         let problem = Problem::parse("terms".as_ref(), &form, mesh).ok()?;
@@ -132,7 +147,7 @@ impl Space {
             let matrix = Coordinates { rows: count, columns: count, entries: Vec::new() };
             System::new(name, matrix, vec![0.0; count], table).ok()
         };
-        let own = system("terms", dof_table(&assembler)?)?;
+        let own = system("terms", dof_table(&assembler).ok()?)?;
         let part = DofTable {
             names: vec!["u".into()],
             field: vec![0; rows.len()],
@@ -141,22 +156,21 @@ impl Space {
             values: None,
         };
         let found = matched(&own, &system("field", part)?).ok()?;
-        // Values at nodes in another scaling are not the values of this space.
-        let is_alike = found.scale.iter().all(|scale| *scale == 1.0);
-        is_alike.then_some(Space { assembler, rows, own: found.to, bilinear, linear })
+        Some(Space { assembler, rows, own: found.to, scale: found.scale, bilinear, linear })
     }
 
     /// F(w; ·) of each term, on the rows of the field over their sizes.
     fn columns(&self, both: &Both<'_>, w: &[f64], sizes: &[f64], which: std::ops::Range<usize>) -> Terms {
         let mut own = vec![0.0; self.assembler.dofs.count()];
-        self.rows.iter().zip(&self.own).for_each(|(row, dof)| own[*dof as usize] = w[*row]);
+        let each = || self.rows.iter().zip(&self.own).zip(&self.scale);
+        each().for_each(|((row, dof), scale)| own[*dof as usize] = scale * w[*row]);
         let all = self.bilinear.iter().chain(&self.linear).cloned();
         let texts: Vec<(String, usize)> = all.skip(which.start).take(which.len()).collect();
         let columns = which.map(|k| {
             let state = State { u: &own, old: &[], parameters: &[] };
             let values = self.assembler.assemble_only(k, state, Wanted::Residual).residual;
-            let each = self.rows.iter().zip(&self.own).map(|(row, dof)| (*row, values[*dof as usize]));
-            Column::number(each.map(|(row, value)| over(both, row, value, sizes)).collect(), 1.0)
+            let on_rows = each().map(|((row, dof), scale)| over(both, *row, scale * values[*dof as usize], sizes));
+            Column::number(on_rows.collect(), 1.0)
         });
         Terms { columns: columns.collect(), texts }
     }
@@ -174,7 +188,7 @@ impl Space {
         let scaled = |of: &dyn Fn(usize) -> f64| self.rows.iter().map(|row| over(both, *row, of(*row), &sizes)).collect();
         let more: Vec<f64> = scaled(&|row| b[row] - a[row]);
         let whole: Vec<f64> = scaled(&|row| a[row]);
-        told(&terms, name, &more, Some(&whole))
+        told(&terms, name, &more, &whole)
     }
 
     /// What the loads have of each term.
@@ -189,7 +203,7 @@ impl Space {
         let scaled = |of: &dyn Fn(usize) -> f64| self.rows.iter().map(|row| over(both, *row, of(*row), &sizes)).collect();
         let more: Vec<f64> = scaled(&|row| value(1, row) - value(0, row));
         let whole: Vec<f64> = scaled(&|row| value(0, row));
-        told(&terms, name, &more, Some(&whole))
+        told(&terms, name, &more, &whole)
     }
 }
 
@@ -201,13 +215,13 @@ fn over(both: &Both<'_>, row: usize, value: f64, sizes: &[f64]) -> f64 {
     }
 }
 
-fn told(terms: &Terms, name: &str, more: &[f64], whole: Option<&[f64]>) -> Vec<OfTerm> {
-    let find = |b: &[f64]| {
-        let Recovered { exact, .. } = recover(&Target { terms, b }, b, ROUNDING, MOST);
+fn told(terms: &Terms, name: &str, more: &[f64], whole: &[f64]) -> Vec<OfTerm> {
+    let find = |b: &[f64], most: usize| {
+        let Recovered { exact, .. } = recover(&Target { terms, b }, b, ROUNDING, most);
         exact.into_iter().next()
     };
-    let Some(found) = find(more) else { return Vec::new() };
-    let whole = whole.and_then(find);
+    let Some(found) = find(more, MOST) else { return Vec::new() };
+    let whole = find(whole, 2 * MOST);
     let each = found.of.iter().zip(&found.deltas);
     each.map(|(k, delta)| OfTerm {
         of: name.to_owned(),
@@ -215,7 +229,8 @@ fn told(terms: &Terms, name: &str, more: &[f64], whole: Option<&[f64]>) -> Vec<O
         more: *delta,
         a: whole.as_ref().map(|whole| {
             let own = whole.of.iter().zip(&whole.deltas).find(|(own, _)| *own == k);
-            own.map_or(0.0, |(_, a)| *a)
+            // What is this small beside the difference is rounding.
+            own.map_or(0.0, |(_, a)| if a.abs() <= NOTHING * delta.abs() { 0.0 } else { *a })
         }),
     })
     .collect()
@@ -263,4 +278,35 @@ fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Vec<(String, usize)>,
         linear.extend(groups.iter().map(|group| (format!("v*ds({group})"), 1)));
     }
     (bilinear, linear)
+}
+
+/// The same of lowest-order Raviart–Thomas, or else Nédélec, elements.
+fn of_moments(dim: usize, is_normal: bool, groups: &[&str]) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
+    let mut bilinear = vec![("dot(u, v)*dx".to_owned(), 0)];
+    bilinear.push(match (is_normal, dim) {
+        (true, _) => ("div(u)*div(v)*dx".to_owned(), 0),
+        (false, 2) => ("curl(u)*curl(v)*dx".to_owned(), 0),
+        (false, _) => ("dot(curl(u), curl(v))*dx".to_owned(), 0),
+    });
+    bilinear.extend((0..dim).map(|k| (format!("u[{k}]*v[{k}]*dx"), 3)));
+    let mut linear: Vec<(String, usize)> = (0..dim).map(|k| (format!("v[{k}]*dx"), 0)).collect();
+    if dim == 2 {
+        bilinear.push(("(u[0]*v[1] - u[1]*v[0])*dx".into(), 2));
+    }
+    for group in groups {
+        let tangential = |v: &str| format!("({v}[0]*n[1] - {v}[1]*n[0])");
+        if is_normal {
+            bilinear.push((format!("dot(u, n)*dot(v, n)*ds({group})"), 1));
+            linear.push((format!("dot(v, n)*ds({group})"), 1));
+        } else if dim == 2 {
+            bilinear.push((format!("{}*{}*ds({group})", tangential("u"), tangential("v")), 1));
+            linear.push((format!("{}*ds({group})", tangential("v")), 1));
+        }
+    }
+    (bilinear, linear)
+}
+
+/// The same of piecewise constants.
+fn of_constants() -> (Vec<(String, usize)>, Vec<(String, usize)>) {
+    (vec![("u*v*dx".into(), 0)], vec![("v*dx".into(), 0)])
 }

@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import scipy.sparse
+import scipy.sparse.linalg
 import ufl
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix, assemble_vector
@@ -130,3 +131,7 @@ keep = scipy.sparse.diags((~held).astype(float))
 A = keep @ A @ keep + scipy.sparse.diags(held.astype(float))
 write_system(out, A, b)
 write_dofs(out, fields, len(b))
+if problem == "convection":
+    u = scipy.sparse.linalg.spsolve(A.tocsc(), b)
+    table = np.column_stack([fields["u"][0], u])
+    np.savetxt(f"{out}/u.csv", table, delimiter=",", header="x,y,u", comments="")

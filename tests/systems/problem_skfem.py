@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import scipy.sparse
+import scipy.sparse.linalg
 import skfem
 from skfem import (BilinearForm, ElementTriN1, ElementTriP0, ElementTriP1, ElementTriP2, ElementTriRT0, ElementVector,
                    LinearForm)
@@ -129,9 +130,8 @@ for name, basis in bases.items():
         at, direction = np.empty((basis.N, 2)), d.T
         at[basis.dofs.facet_dofs[0]] = middle.T
     else:
-        interpolate = lambda f: basis.project(f) if False else nodal(f)
 
-        def nodal(f):
+        def interpolate(f):
             v = np.asarray(f(basis.doflocs))
             if size == 1:
                 return v

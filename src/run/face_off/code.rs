@@ -13,7 +13,7 @@ use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
 use faceoff_form::{Problem, own};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::io::vtu;
+use faceoff_mesh::io::{self, vtu};
 use faceoff_mesh::mesh::{Field, Mesh, Triangulation};
 
 /// Who answers.
@@ -144,6 +144,7 @@ impl Code {
             Code::Own(own) => Ok(json!({
                 "version": env!("CARGO_PKG_VERSION"),
                 "form": digest(format!("{:?}", own.problem).as_bytes()),
+                "system": own.files.system,
             })),
         }
     }
@@ -217,6 +218,11 @@ impl Own {
         Own { files, problem }
     }
 
+    /// Lets it write its linear system too.
+    pub fn write_system(&mut self) {
+        self.files.system = Some(["A.mtx", "b.mtx", "dofs.csv"].map(str::to_owned));
+    }
+
     fn run(&self, task: &Task, how: &How) -> Result<Left> {
         let mesh = task.mesh.ok_or_else(|| {
             Error::engine(
@@ -226,10 +232,21 @@ impl Own {
             )
         })?;
         let clock = Instant::now();
-        let solution = own::solve(&with(&self.problem, task.parameters), mesh)?;
+        let problem = with(&self.problem, task.parameters);
+        let solution = own::solve(&problem, mesh)?;
         let seconds = clock.elapsed().as_secs_f64();
-        let (mesh, fields) = own::output(&solution.assembler, &solution.u);
-        let write = |folder: &Path| save(&self.files, &mesh, &fields, folder);
+        let (cells, fields) = own::output(&solution.assembler, &solution.u);
+        let write = |folder: &Path| {
+            save(&self.files, &cells, &fields, folder)?;
+            let Some([matrix, load, dofs]) = &self.files.system else {
+                return Ok(());
+            };
+            let (a, b, mut table) = own::system(&problem, mesh)?;
+            table.values = Some(solution.u.clone());
+            io::write_matrix(&folder.join(matrix), &a)?;
+            io::write_vector(&folder.join(load), &b)?;
+            io::write_dofs(&folder.join(dofs), &table)
+        };
         self.files.leave(how, how.keep.as_deref(), seconds, write)
     }
 }

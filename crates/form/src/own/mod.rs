@@ -14,6 +14,7 @@ mod places;
 mod read;
 mod reduced;
 mod solve;
+mod system;
 mod tape;
 #[cfg(test)]
 mod tests;
@@ -32,4 +33,5 @@ pub use places::dof_table;
 pub(crate) use places::places;
 pub(crate) use read::read;
 pub use solve::{Solution, solve, solve_with};
+pub use system::system;
 pub(crate) use work::{Entity, Work, facets};

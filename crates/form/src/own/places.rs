@@ -1,9 +1,13 @@
 //! Where dofs are.
 
+use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::DofTable;
+use faceoff_mesh::mesh::{Field, Support, Values};
 
 use super::assemble::Assembler;
 use super::element::{Shape, carriers};
+use super::output::output;
+use super::read::read;
 
 /// The unknown, the component and the place of each dof.
 pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
@@ -35,24 +39,44 @@ pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
     all
 }
 
-/// The table of all dofs of spaces that have values at nodes; none of moments on facets or edges.
-pub fn dof_table(assembler: &Assembler) -> Option<DofTable> {
-    let unknowns = &assembler.problem.unknowns;
-    if unknowns.iter().any(|unknown| unknown.space.element.is_vector()) {
-        return None;
-    }
+/// The table of all dofs: their places, and their values for constant fields.
+///
+/// # Errors
+/// More unknowns than a table has; none else, as constants are functions of all spaces.
+pub fn dof_table(assembler: &Assembler) -> Result<DofTable> {
+    let Assembler { problem, mesh, .. } = assembler;
+    let count = assembler.dofs.count();
     let mut all = DofTable {
-        names: unknowns.iter().map(|unknown| unknown.name.clone()).collect(),
+        names: problem.unknowns.iter().map(|unknown| unknown.name.clone()).collect(),
+        direction: vec![[0.0; 3]; count],
         ..DofTable::default()
     };
-    for (unknown, component, at) in places(assembler) {
-        let mut direction = [0.0; 3];
-        *direction.get_mut(component)? = 1.0;
-        all.field.push(u16::try_from(unknown).ok()?);
+    for (dof, (unknown, component, at)) in places(assembler).into_iter().enumerate() {
+        let field = u16::try_from(unknown).map_err(|_| Error::usage("there are too many unknowns", "use fewer"))?;
+        all.field.push(field);
         all.at.push(at);
-        all.direction.push(direction);
+        if !problem.unknowns[unknown].space.element.is_vector() {
+            all.direction[dof][component] = 1.0;
+        }
     }
-    Some(all)
+    let is_moment = |dof: usize| problem.unknowns[usize::from(all.field[dof])].space.element.is_vector();
+    let moments: Vec<usize> = (0..count).filter(|dof| is_moment(*dof)).collect();
+    if moments.is_empty() {
+        return Ok(all);
+    }
+    let (mut cells, fields) = output(assembler, &vec![0.0; count]);
+    for axis in 0..mesh.dim {
+        let constant = |field: &Field| {
+            let width = field.components;
+            let values: Vec<f64> = (0..cells.points.len() * width).map(|k| if k % width == axis { 1.0 } else { 0.0 }).collect();
+            Field::new(field.name.clone(), Support::Points, width, Values::F64(values.into()))
+        };
+        let constants = fields.iter().map(constant).collect();
+        cells.fields = constants;
+        let values = read(assembler, &cells, f64::EPSILON)?;
+        moments.iter().for_each(|dof| all.direction[*dof][axis] = values[*dof]);
+    }
+    Ok(all)
 }
 
 /// The centre of a facet or edge that carries a dof.

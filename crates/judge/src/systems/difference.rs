@@ -18,7 +18,7 @@ use faceoff_mesh::parallel;
 /// Entries, loads and values are equal up to this part of what they are compared with, unless the caller says otherwise.
 const RTOL: f64 = 1e-12;
 /// A row whose entries are smaller than this part of the largest one of its block is compared with that part.
-const SMALL: f64 = 1e-3;
+const SMALL: f64 = 0.1;
 /// A load is where it is larger than this part of its largest value.
 const SUPPORT: f64 = 1e-9;
 /// A factor, a symmetry or a number is common if it leaves no more than this part of the difference, or rounding.

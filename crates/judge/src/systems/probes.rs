@@ -157,8 +157,14 @@ pub fn energies(both: &Both<'_>, volume: f64) -> Vec<Energies> {
                 all.push(Energies { of: name.clone(), name: title, values });
             }
         };
-        let constants = energy(Linear::constant(0));
-        push("mass".into(), constants);
+        let axes = if is_vector { dim } else { 1 };
+        let each: Vec<[f64; 2]> = (0..axes).map(|axis| energy(Linear::constant(axis))).collect();
+        let constants = each.iter().fold([0.0f64; 2], |most, own| [0, 1].map(|k| most[k].max(own[k].abs())));
+        let near = |a: [f64; 2]| (0..2).all(|k| (a[k] - each[0][k]).abs() <= 1e-9 * constants[k]);
+        match each.iter().all(|own| near(*own)) {
+            true => push("the energy of constants".into(), each[0]),
+            false => (0..axes).for_each(|axis| push(format!("the energy of constants along {}", ["x", "y", "z"][axis]), each[axis])),
+        }
         if !is_vector && constants == [0.0, 0.0] {
             for axis in 0..dim {
                 push(format!("κ{}", ["xx", "yy", "zz"][axis]), energy(Linear::gradient(&[(0, axis, 1.0)])));

@@ -67,7 +67,7 @@ fn a_factor_and_a_term_on_top_are_told_apart() {
     assert_eq!(mass.matrix[0].factor, None);
     let constants = &mass.kernels[0].left;
     assert!(constants[0] < 1e-14 && constants[1] > 1e-4, "{constants:?}");
-    let energy = mass.energies.iter().find(|e| e.name == "mass").unwrap();
+    let energy = mass.energies.iter().find(|e| e.name == "the energy of constants").unwrap();
     assert!((energy.values[1] - 0.5).abs() < 1e-13);
 }
 

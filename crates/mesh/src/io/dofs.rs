@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::out::save;
 use crate::cancel;
 use crate::error::{Error, Place, Result};
 use crate::file;
@@ -35,6 +36,22 @@ const REMEDY: &str = "write one line of names, then one row per dof: `field,x,y,
 /// Columns that are not known or missing; entries that are not finite numbers, with the line.
 pub fn read_dofs(path: &Path) -> Result<DofTable> {
     table(path, &file::read(path)?)
+}
+
+/// Writes a table of dofs; names of fields are words.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_dofs(path: &Path, table: &DofTable) -> Result<()> {
+    let mut text = String::from("field,x,y,z,dx,dy,dz");
+    text.push_str(if table.values.is_some() { ",value\n" } else { "\n" });
+    for (k, (x, d)) in table.at.iter().zip(&table.direction).enumerate() {
+        text.push_str(&table.names[usize::from(table.field[k])]);
+        let value = table.values.iter().map(|values| &values[k]);
+        x.iter().chain(d).chain(value).for_each(|number| text.push_str(&format!(",{number:?}")));
+        text.push('\n');
+    }
+    save(path, [text.as_bytes()])
 }
 
 fn table(path: &Path, bytes: &[u8]) -> Result<DofTable> {
@@ -135,6 +152,15 @@ mod tests {
         assert_eq!(found.direction, [[0.0, 1.0, 0.0], [0.0, -0.25, 0.0], [1.0, 0.0, 0.0]]);
         assert_eq!(found.at[1], [0.5, 0.0, 0.0]);
         assert_eq!(found.values, Some(vec![2.5, 3.0, 4.0]));
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("dofs.csv");
+        let written = read("field,x,y,component,dx,dy,value\nu,0,0.1,1,,,2.5\nq,0.5,0,,0,-0.25,3\n").unwrap();
+        write_dofs(&path, &written).unwrap();
+        assert_eq!(read_dofs(&path).unwrap(), written);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use super::out::Out;
 use super::scan::Scan;
 use crate::cancel;
 use crate::error::Result;
@@ -56,6 +57,34 @@ pub fn read_vector(path: &Path) -> Result<Vec<f64>> {
         all[row.max(column) as usize] += value;
     }
     Ok(all)
+}
+
+/// Writes a sparse matrix, with numbers that read back as they are.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_matrix(path: &Path, matrix: &Coordinates) -> Result<()> {
+    let mut out = Out::to(path)?;
+    out.text("%%MatrixMarket matrix coordinate real general\n");
+    out.int(matrix.rows).int(matrix.columns).int(matrix.entries.len()).end();
+    for (row, column, value) in &matrix.entries {
+        out.int(row + 1).int(column + 1).float(*value).end();
+    }
+    out.save(path)
+}
+
+/// Writes a vector as an array.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_vector(path: &Path, vector: &[f64]) -> Result<()> {
+    let mut out = Out::to(path)?;
+    out.text("%%MatrixMarket matrix array real general\n");
+    out.int(vector.len()).int(1).end();
+    for value in vector {
+        out.float(*value).end();
+    }
+    out.save(path)
 }
 
 fn matrix(path: &Path, data: &[u8]) -> Result<Coordinates> {
@@ -197,6 +226,18 @@ mod tests {
         let complex = read("%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1 0\n");
         assert!(complex.unwrap_err().to_string().contains("must be real"));
         assert!(read("1 1 1\n").unwrap_err().to_string().contains("not a header"));
+    }
+
+    #[test]
+    fn what_is_written_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = ["A.mtx", "b.mtx"].map(|name| folder.path().join(name));
+        let entries = vec![(0, 1, 0.1 + 0.2), (1, 0, -1e-300)];
+        let matrix = Coordinates { rows: 2, columns: 2, entries };
+        write_matrix(&a, &matrix).unwrap();
+        write_vector(&b, &[1.0 / 3.0, -2.0]).unwrap();
+        assert_eq!(read_matrix(&a).unwrap(), matrix);
+        assert_eq!(read_vector(&b).unwrap(), [1.0 / 3.0, -2.0]);
     }
 
     #[test]

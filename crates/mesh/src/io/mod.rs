@@ -52,8 +52,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 pub use collection::sources;
-pub use dofs::{DofTable, read_dofs};
-pub use market::{Coordinates, read_matrix, read_vector};
+pub use dofs::{DofTable, read_dofs, write_dofs};
+pub use market::{Coordinates, read_matrix, read_vector, write_matrix, write_vector};
 pub use out::save;
 pub use pattern::{files as matching_files, is_pattern, matches};
 pub use recognise::recognise;
