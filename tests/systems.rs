@@ -14,12 +14,21 @@ use crate::common::{assert_valid, folder, run, source, write};
 type Faults = [&'static [&'static str]; 10];
 
 const ELASTICITY: Faults = [
-    &["everywhere", "`div(u)*div(v)*dx`", "λ = ", "80769000000", "121150000000"],
+    &[
+        "everywhere",
+        "`div(u)*div(v)*dx`",
+        "λ = ",
+        "80769000000",
+        "121150000000",
+    ],
     &["`div(u)*div(v)*dx`", "69231000000", "121150000000"],
     &["loads differ", "times -1"],
     &["loads differ", "on `left`", "on `right`"],
     &["`inner(sym(grad(u)), sym(grad(v)))*dx`", "μ = "],
-    &["`inner(grad(u), grad(v))*dx`", "rotations are in the kernel"],
+    &[
+        "`inner(grad(u), grad(v))*dx`",
+        "rotations are in the kernel",
+    ],
     &["7800 times `dot(u, v)*dx`|has 7800"],
     &["on `bottom`", "`dot(u, v)*ds(bottom)`", "100000000000"],
     &["loads differ", "times 0.5|times 2"],
@@ -29,12 +38,22 @@ const ELASTICITY: Faults = [
 const STOKES: Faults = [
     &["of `u` differ", "0.505", "`inner(grad(u), grad(v))*dx`"],
     &["`p` with `u`", "times -1"],
-    &["of `u` differ", "`inner(sym(grad(u)), sym(grad(v)))*dx`", "rotations are in the kernel"],
+    &[
+        "of `u` differ",
+        "`inner(sym(grad(u)), sym(grad(v)))*dx`",
+        "rotations are in the kernel",
+    ],
     &["loads of `u` differ", "`x*v[0]*dx`", "`y*v[1]*dx`"],
-    &["constrained rows have other values, on `left`", "times 0.5|times 2"],
+    &[
+        "constrained rows have other values, on `left`",
+        "times 0.5|times 2",
+    ],
     &["constrained are 24 rows only in"],
     &["of `p` differ", "-0.001|0.001 times `u*v*dx`"],
-    &["of `u` differ", "`(grad(u)[0, 0]*v[0] + grad(u)[1, 0]*v[1])*dx`"],
+    &[
+        "of `u` differ",
+        "`(grad(u)[0, 0]*v[0] + grad(u)[1, 0]*v[1])*dx`",
+    ],
     &["loads of `u` differ", "`y*v[1]*dx`"],
     &["`u` with `p`", "times 0.5|times 2"],
 ];
@@ -47,18 +66,30 @@ const DARCY: Faults = [
     &["of `q` differ", "2 times `u[0]*v[0]*dx`|has 2"],
     &["loads of `p` differ", "times -0.5|times -2"],
     &["loads of `q` differ", "times 3|times 0.33333"],
-    &["of `q` differ", "on `right`", "3 times `dot(u, n)*dot(v, n)*ds(right)`|has 3"],
+    &[
+        "of `q` differ",
+        "on `right`",
+        "3 times `dot(u, n)*dot(v, n)*ds(right)`|has 3",
+    ],
     &["of `q` differ", "0.1 times `div(u)*div(v)*dx`|has 0.1"],
     &["loads of `q` differ", "on `bottom`", "on `top`"],
 ];
 
 const CURL: Faults = [
-    &["4.4", "`curl(u)*curl(v)*dx`", "the difference is 0 for gradients"],
+    &[
+        "4.4",
+        "`curl(u)*curl(v)*dx`",
+        "the difference is 0 for gradients",
+    ],
     &["3.3", "`dot(u, v)*dx`"],
     &["`dot(u, v)*dx`", "gradients are in the kernel"],
     &["`dot(u, v)*dx`", "-3"],
     &["`(u[0]*v[1] - u[1]*v[0])*dx`", "skew-symmetric"],
-    &["on `top`", "`(u[0]*n[1] - u[1]*n[0])*(v[0]*n[1] - v[1]*n[0])*ds(top)`", "5"],
+    &[
+        "on `top`",
+        "`(u[0]*n[1] - u[1]*n[0])*(v[0]*n[1] - v[1]*n[0])*ds(top)`",
+        "5",
+    ],
     &["everywhere", "times 0.5|times 2"],
     &["loads differ", "times -1"],
     &["loads differ", "`v[0]*dx`"],
@@ -74,7 +105,10 @@ const CONVECTION: Faults = [
     &["0.09", "`grad(u)[0]*grad(v)[0]*dx`"],
     &["loads differ", "`v*dx`", "7"],
     &["loads differ", "`v*ds(top)`"],
-    &["constrained rows have other values, on `left`", "times 0.5|times 2"],
+    &[
+        "constrained rows have other values, on `left`",
+        "times 0.5|times 2",
+    ],
     &["constrained are 7 rows only in"],
 ];
 
@@ -87,10 +121,14 @@ fn told(problem: &str, faults: &Faults, codes: [(&str, [&str; 2], &str, &str); 2
     }
     let table = |(name, program, mesh, fault): (&str, [&str; 2], &str, &str)| {
         let words: Vec<&str> = match name {
-            "freefem" => vec![program[0], "-v", "0", program[1], "{mesh}", problem, "{out}"],
+            "freefem" => vec![
+                program[0], "-v", "0", program[1], "{mesh}", problem, "{out}",
+            ],
             _ => vec![program[0], program[1], "{mesh}", "{out}", problem, fault],
         };
-        format!("[codes.{name}]\ncommand = {words:?}\nmesh = \"{mesh}\"\nsystem = \"A.mtx b.mtx dofs.csv\"\n")
+        format!(
+            "[codes.{name}]\ncommand = {words:?}\nmesh = \"{mesh}\"\nsystem = \"A.mtx b.mtx dofs.csv\"\n"
+        )
     };
     let text = format!(
         "name = \"{problem}\"\n[mesh]\ngenerator = \"union-jack\"\nn = 6\n[parameters]\nfault = {:?}\n{}{}",
@@ -99,9 +137,16 @@ fn told(problem: &str, faults: &Faults, codes: [(&str, [&str; 2], &str, &str); 2
         table(codes[1])
     );
     write(at.path(), "problem.toml", &text);
-    let ran = run(at.path(), &["verify", "--run", "problem.toml", "--json", "o.json"]);
+    let ran = run(
+        at.path(),
+        &["verify", "--run", "problem.toml", "--json", "o.json"],
+    );
     assert_eq!(ran.code, Some(1), "{}\n{}", ran.stdout, ran.stderr);
-    assert_valid("json", "src/report/schema/face-off-1.json", &at.path().join("o.json"));
+    assert_valid(
+        "json",
+        "src/report/schema/face-off-1.json",
+        &at.path().join("o.json"),
+    );
     let all: Value = serde_json::from_str(&read(at.path(), "o.json")).unwrap();
     let systems = all["systems"].as_array().unwrap();
     assert_eq!(systems.len(), 11);
@@ -110,8 +155,15 @@ fn told(problem: &str, faults: &Faults, codes: [(&str, [&str; 2], &str, &str); 2
     for (k, wanted) in faults.iter().enumerate() {
         assert_eq!(systems[k + 1]["verdict"], "disagree", "fault {}", k + 2);
         for wanted in *wanted {
-            let is_told = wanted.split('|').any(|words| sentence(k + 1).contains(words));
-            assert!(is_told, "{problem}, fault {}: `{wanted}` is not in {}", k + 2, sentence(k + 1));
+            let is_told = wanted
+                .split('|')
+                .any(|words| sentence(k + 1).contains(words));
+            assert!(
+                is_told,
+                "{problem}, fault {}: `{wanted}` is not in {}",
+                k + 2,
+                sentence(k + 1)
+            );
         }
     }
 }
@@ -122,13 +174,37 @@ fn read(folder: &Path, name: &str) -> String {
 
 fn beside_freefem(problem: &str, faults: &Faults) {
     let freefem = ("freefem", ["FreeFem++-nw", "problem.edp"], "freefem", "");
-    told(problem, faults, [freefem, ("dolfinx", ["/usr/bin/python3", "problem.py"], "msh2", "{fault}")]);
+    told(
+        problem,
+        faults,
+        [
+            freefem,
+            (
+                "dolfinx",
+                ["/usr/bin/python3", "problem.py"],
+                "msh2",
+                "{fault}",
+            ),
+        ],
+    );
 }
 
 fn beside_dolfinx(problem: &str, faults: &Faults) {
     let python = source("target/python/bin/python3").display().to_string();
     let dolfinx = ("dolfinx", ["/usr/bin/python3", "problem.py"], "msh2", "1");
-    told(problem, faults, [dolfinx, ("scikit-fem", [&python, "problem_skfem.py"], "msh2", "{fault}")]);
+    told(
+        problem,
+        faults,
+        [
+            dolfinx,
+            (
+                "scikit-fem",
+                [&python, "problem_skfem.py"],
+                "msh2",
+                "{fault}",
+            ),
+        ],
+    );
 }
 
 macro_rules! faults_are_named {
@@ -168,12 +244,22 @@ fn the_system_of_a_form_is_compared_with_that_of_a_code() {
              mesh = \"msh2\"\nresult = \"u.csv\"\nsystem = \"A.mtx b.mtx dofs.csv\"\n[fields.u]\nrtol = 1e-11\n"
         );
         write(at.path(), "own.toml", &text);
-        run(at.path(), &["verify", "--run", "own.toml", "--json", "o.json"])
+        run(
+            at.path(),
+            &["verify", "--run", "own.toml", "--json", "o.json"],
+        )
     };
     let ran = verify(1);
     assert_eq!(ran.code, Some(0), "{}\n{}", ran.stdout, ran.stderr);
     let all: Value = serde_json::from_str(&read(at.path(), "o.json")).unwrap();
-    assert!(all["systems"][0]["sentence"].as_str().unwrap().contains("equal"), "{}", all["systems"]);
+    assert!(
+        all["systems"][0]["sentence"]
+            .as_str()
+            .unwrap()
+            .contains("equal"),
+        "{}",
+        all["systems"]
+    );
     assert_eq!(verify(4).code, Some(1));
     let all = read(at.path(), "o.json");
     assert!(all.contains("5.5 times `u*v*dx`"), "{all}");
@@ -189,7 +275,9 @@ fn systems_that_cannot_be_matched_are_refused() {
              open(out + '/b.mtx', 'w').write('%%MatrixMarket matrix array real general\\n2 1\\n1\\n2\\n')\nopen(out + '/dofs.csv', 'w').write('{dofs}')\n"
         );
         write(at.path(), &format!("{name}.py"), &text);
-        format!("[codes.{name}]\ncommand = [\"python3\", \"{name}.py\", \"{{out}}\"]\nsystem = \"A.mtx b.mtx dofs.csv\"\n")
+        format!(
+            "[codes.{name}]\ncommand = [\"python3\", \"{name}.py\", \"{{out}}\"]\nsystem = \"A.mtx b.mtx dofs.csv\"\n"
+        )
     };
     let verify = |a: &str, b: &str| {
         let text = format!("name = \"p\"\n{}{}", code("a", a), code("b", b));
@@ -206,11 +294,20 @@ fn systems_that_cannot_be_matched_are_refused() {
     ] {
         let ran = verify(right, wrong);
         assert_eq!(ran.code, Some(2), "{words}: {}", ran.stdout);
-        assert!((ran.stdout.clone() + &ran.stderr).contains(words), "{words}: {}\n{}", ran.stdout, ran.stderr);
+        assert!(
+            (ran.stdout.clone() + &ran.stderr).contains(words),
+            "{words}: {}\n{}",
+            ran.stdout,
+            ran.stderr
+        );
     }
     let text = read(at.path(), "p.toml").replace("A.mtx b.mtx dofs.csv", "A.mtx b.mtx");
     write(at.path(), "p.toml", &text);
     let ran = run(at.path(), &["verify", "--run", "p.toml"]);
     assert_eq!(ran.code, Some(2));
-    assert!(ran.stderr.contains("its system is 2 files"), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("its system is 2 files"),
+        "{}",
+        ran.stderr
+    );
 }

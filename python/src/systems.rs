@@ -35,11 +35,22 @@ pub fn compare_systems(
     rtol: f64,
     volume: Option<f64>,
 ) -> PyResult<(bool, String, String)> {
-    let [a, b] = [a.system().map_err(|e| raised(py, &e))?, b.system().map_err(|e| raised(py, &e))?];
+    let [a, b] = [
+        a.system().map_err(|e| raised(py, &e))?,
+        b.system().map_err(|e| raised(py, &e))?,
+    ];
     run(py, || {
-        let settings = Settings { rtol, volume, ..Settings::default() };
+        let settings = Settings {
+            rtol,
+            volume,
+            ..Settings::default()
+        };
         let found = Systems::with(&a, &b, None, &settings)?;
-        Ok((found.compared.verdict.passes(), found.sentence.to_string(), found.json()?))
+        Ok((
+            found.compared.verdict.passes(),
+            found.sentence.to_string(),
+            found.json()?,
+        ))
     })
 }
 
@@ -47,32 +58,83 @@ impl Given<'_> {
     fn system(&self) -> Result<System> {
         let load = self.load.as_array().to_vec();
         let count = load.len();
-        let refuse = |what: String| Error::engine(&self.name, what, "give one entry per dof in each column of the table");
-        let three = |of: &PyReadonlyArray2<'_, f64>| -> Vec<[f64; 3]> {
-            of.as_array().rows().into_iter().map(|row| std::array::from_fn(|k| row.get(k).copied().unwrap_or(0.0))).collect()
+        let refuse = |what: String| {
+            Error::engine(
+                &self.name,
+                what,
+                "give one entry per dof in each column of the table",
+            )
         };
-        let (rows, columns, values) = (self.rows.as_array(), self.columns.as_array(), self.values.as_array());
-        let outside = rows.iter().chain(columns.iter()).find(|k| **k as usize >= count);
+        let three = |of: &PyReadonlyArray2<'_, f64>| -> Vec<[f64; 3]> {
+            of.as_array()
+                .rows()
+                .into_iter()
+                .map(|row| std::array::from_fn(|k| row.get(k).copied().unwrap_or(0.0)))
+                .collect()
+        };
+        let (rows, columns, values) = (
+            self.rows.as_array(),
+            self.columns.as_array(),
+            self.values.as_array(),
+        );
+        let outside = rows
+            .iter()
+            .chain(columns.iter())
+            .find(|k| **k as usize >= count);
         if let Some(k) = outside {
-            return Err(refuse(format!("its matrix has an entry in row or column {k}, and its right-hand side {count} rows")));
+            return Err(refuse(format!(
+                "its matrix has an entry in row or column {k}, and its right-hand side {count} rows"
+            )));
         }
-        let entries = rows.iter().zip(&columns).zip(&values).map(|((row, column), value)| (*row, *column, *value));
+        let entries = rows
+            .iter()
+            .zip(&columns)
+            .zip(&values)
+            .map(|((row, column), value)| (*row, *column, *value));
         let dofs = DofTable {
             names: self.names.clone(),
             field: self.field.as_array().to_vec(),
             at: three(&self.at),
             direction: three(&self.direction),
-            values: self.answer.as_ref().map(|answer| answer.as_array().to_vec()),
+            values: self
+                .answer
+                .as_ref()
+                .map(|answer| answer.as_array().to_vec()),
         };
-        let lengths = [dofs.field.len(), dofs.at.len(), dofs.direction.len(), dofs.values.as_ref().map_or(count, Vec::len)];
-        if lengths.iter().any(|length| *length != count) || dofs.field.iter().any(|k| usize::from(*k) >= dofs.names.len()) {
-            return Err(refuse(format!("its right-hand side has {count} rows, and the columns of its table {lengths:?}")));
+        let lengths = [
+            dofs.field.len(),
+            dofs.at.len(),
+            dofs.direction.len(),
+            dofs.values.as_ref().map_or(count, Vec::len),
+        ];
+        if lengths.iter().any(|length| *length != count)
+            || dofs
+                .field
+                .iter()
+                .any(|k| usize::from(*k) >= dofs.names.len())
+        {
+            return Err(refuse(format!(
+                "its right-hand side has {count} rows, and the columns of its table {lengths:?}"
+            )));
         }
-        let numbers = values.iter().chain(&load).chain(dofs.at.iter().flatten()).chain(dofs.direction.iter().flatten());
+        let numbers = values
+            .iter()
+            .chain(&load)
+            .chain(dofs.at.iter().flatten())
+            .chain(dofs.direction.iter().flatten());
         let mut numbers = numbers.chain(dofs.values.iter().flatten());
         if numbers.any(|x| !x.is_finite()) {
             return Err(refuse("it has a number that is not finite".into()));
         }
-        System::new(&self.name, Coordinates { rows: count, columns: count, entries: entries.collect() }, load, dofs)
+        System::new(
+            &self.name,
+            Coordinates {
+                rows: count,
+                columns: count,
+                entries: entries.collect(),
+            },
+            load,
+            dofs,
+        )
     }
 }

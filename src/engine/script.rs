@@ -336,7 +336,9 @@ impl Script {
             None => BTreeMap::new(),
         };
         let system = self.system.as_ref();
-        let system = system.map(|files| self.read_system(place, files)).transpose()?;
+        let system = system
+            .map(|files| self.read_system(place, files))
+            .transpose()?;
         Ok(Left {
             results,
             numbers,

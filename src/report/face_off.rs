@@ -73,7 +73,10 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         rest.push(Block::Titled(words, in_form_table(&of.in_form)));
     }
     if !of.systems.is_empty() {
-        rest.push(Block::Titled("The linear systems".into(), systems::pairs(&of.systems)));
+        rest.push(Block::Titled(
+            "The linear systems".into(),
+            systems::pairs(&of.systems),
+        ));
         rest.push(Block::Page(vec![systems::blocks(&of.systems).into()]));
     }
     rest.extend(of.diagnosis.iter().map(|of| moved_table(of).into()));
@@ -626,7 +629,11 @@ fn cases(of: &FaceOffOutcome) -> Vec<TestCase> {
     }
     cases.extend(of.systems.iter().map(|of| {
         let name = format!("systems of {} – {}{}", of.a, of.b, of.level.at());
-        let why = if of.verdict.passes() { String::new() } else { systems::told(of).to_string() };
+        let why = if of.verdict.passes() {
+            String::new()
+        } else {
+            systems::told(of).to_string()
+        };
         test(name, of.verdict, why)
     }));
     cases

@@ -7,13 +7,21 @@ use crate::text::{Text, text};
 
 /// What was found of two systems, as a sentence.
 pub fn told(of: &OfSystems) -> Text {
-    text!("Systems of {of.a} and {of.b}{}: {}.", of.level.at(), words(of))
+    text!(
+        "Systems of {of.a} and {of.b}{}: {}.",
+        of.level.at(),
+        words(of)
+    )
 }
 
 /// What differs in the first system that does.
 pub fn claim(of: &OfSystems) -> Text {
     let found = of.found.as_ref().map(|found| found.sentence.clone());
-    text!("**{of.a}** and **{of.b}** solve different equations{}: {}", of.level.at(), found.unwrap_or_default())
+    text!(
+        "**{of.a}** and **{of.b}** solve different equations{}: {}",
+        of.level.at(),
+        found.unwrap_or_default()
+    )
 }
 
 /// A sentence per pair.

@@ -39,7 +39,8 @@ impl Systems {
     /// Dofs that cannot be matched; [`faceoff_mesh::Error::Ended`].
     pub fn new(a: &System, b: &System, mesh: Option<&Mesh>) -> Result<Self> {
         let simplices = mesh.and_then(|mesh| Triangulation::new("the mesh", mesh).ok());
-        let volume = simplices.map(|mesh| (0..mesh.cell_count()).map(|cell| mesh.measure(cell)).sum());
+        let volume =
+            simplices.map(|mesh| (0..mesh.cell_count()).map(|cell| mesh.measure(cell)).sum());
         let settings = Settings {
             volume,
             regions: mesh.map(Region::of).unwrap_or_default(),
@@ -82,38 +83,76 @@ impl Systems {
 pub fn sentence(of: &Compared, of_matrix: &[OfTerm], of_load: &[OfTerm]) -> Text {
     let (a, b) = (&of.a, &of.b);
     let mut parts: Vec<Text> = Vec::new();
-    parts.extend(of.matrix.iter().filter(|block| block.differs.rows > 0).map(|block| matrix(of, block, of_matrix)));
+    parts.extend(
+        of.matrix
+            .iter()
+            .filter(|block| block.differs.rows > 0)
+            .map(|block| matrix(of, block, of_matrix)),
+    );
     let constrained = &of.constrained;
     // Rows beside constrained ones differ as their values or the matrix do.
     let is_caused = |loads: &&Loads| {
-        let has_matrix = of.matrix.iter().any(|block| block.of == loads.of && block.differs.rows > 0);
+        let has_matrix = of
+            .matrix
+            .iter()
+            .any(|block| block.of == loads.of && block.differs.rows > 0);
         loads.constrained && (has_matrix || constrained.values > 0)
     };
-    let loads = of.load.iter().filter(|loads| loads.differs.rows > 0 && !is_caused(loads));
+    let loads = of
+        .load
+        .iter()
+        .filter(|loads| loads.differs.rows > 0 && !is_caused(loads));
     parts.extend(loads.map(|loads| load(of, loads, of_load)));
     if let Some(at) = &constrained.only_where {
         let [first, second] = constrained.only;
-        let told = [(a, first), (b, second)].into_iter().filter(|(_, rows)| *rows > 0);
+        let told = [(a, first), (b, second)]
+            .into_iter()
+            .filter(|(_, rows)| *rows > 0);
         let told = told.map(|(name, rows)| text!("{} rows only in {name}", whole(rows)));
-        parts.push(text!("constrained are {}, {}", Text::joined(told, " and "), located(at)));
+        parts.push(text!(
+            "constrained are {}, {}",
+            Text::joined(told, " and "),
+            located(at)
+        ));
     }
     if let Some(at) = &constrained.values_where {
-        let factor = constrained.factor.map(|factor| text!(": those of {b} are those of {a} times {}", told(factor)));
-        parts.push(text!("{} constrained rows have other values, {}{factor}", whole(constrained.values), located(at)));
+        let factor = constrained
+            .factor
+            .map(|factor| text!(": those of {b} are those of {a} times {}", told(factor)));
+        parts.push(text!(
+            "{} constrained rows have other values, {}{factor}",
+            whole(constrained.values),
+            located(at)
+        ));
     }
     if parts.is_empty() {
-        let largest = of.matrix.iter().map(|block| block.largest).chain(of.load.iter().map(|l| l.largest));
+        let largest = of
+            .matrix
+            .iter()
+            .map(|block| block.largest)
+            .chain(of.load.iter().map(|l| l.largest));
         let largest = largest.fold(0.0, f64::max);
-        parts.push(text!("the systems are equal: the largest difference is **{}** of its row", size(largest)));
+        parts.push(text!(
+            "the systems are equal: the largest difference is **{}** of its row",
+            size(largest)
+        ));
         if constrained.both > 0 {
             let [first, second] = &constrained.kept;
-            parts.push(text!("{} rows are constrained in both, {} in {a} and {} in {b}", whole(constrained.both), kept(first), kept(second)));
+            parts.push(text!(
+                "{} rows are constrained in both, {} in {a} and {} in {b}",
+                whole(constrained.both),
+                kept(first),
+                kept(second)
+            ));
         }
     }
     if let Some(residuals) = &of.residuals {
         for (name, left) in [a, b].into_iter().zip(residuals.own) {
             if !(left <= UNSOLVED) {
-                parts.push(text!("the answer of {name} leaves {} in its own system: its solver stopped early", size(left)));
+                parts.push(text!(
+                    "the answer of {name} leaves {} in its own system: its solver stopped early",
+                    size(left)
+                ));
             }
         }
     }
@@ -129,9 +168,28 @@ fn told(x: f64) -> Number {
 fn by_terms(of: &Compared, field: &str, all: &[OfTerm]) -> Vec<Text> {
     let own = all.iter().filter(|term| term.of == field);
     own.map(|term| match term.a {
-        Some(a) => text!("{} has {} times `{}`, {} has {}", &of.a, told(a), &term.term, &of.b, told(a + term.more)),
-        None if term.more < 0.0 => text!("{} has {} times `{}` more than {}", &of.a, told(-term.more), &term.term, &of.b),
-        None => text!("{} has {} times `{}` more than {}", &of.b, told(term.more), &term.term, &of.a),
+        Some(a) => text!(
+            "{} has {} times `{}`, {} has {}",
+            &of.a,
+            told(a),
+            &term.term,
+            &of.b,
+            told(a + term.more)
+        ),
+        None if term.more < 0.0 => text!(
+            "{} has {} times `{}` more than {}",
+            &of.a,
+            told(-term.more),
+            &term.term,
+            &of.b
+        ),
+        None => text!(
+            "{} has {} times `{}` more than {}",
+            &of.b,
+            told(term.more),
+            &term.term,
+            &of.a
+        ),
     })
     .collect()
 }
@@ -143,11 +201,18 @@ fn matrix(of: &Compared, block: &Block, terms: &[OfTerm]) -> Text {
         true => text!(" of `{block.of}`"),
         false => text!(" of `{block.of}` with `{block.with}`"),
     };
-    let of_terms = terms.iter().filter(|term| term.of == block.of && block.of == block.with).count();
+    let of_terms = terms
+        .iter()
+        .filter(|term| term.of == block.of && block.of == block.with)
+        .count();
     let how = match block.factor {
+        Some(0.0) => text!(": {b} has none"),
         Some(factor) => text!(": {b}'s is {a}'s times {}", told(factor)),
         None if of_terms > 0 => Text::default(),
-        None => text!(" by up to {} of their entries, by no common factor", size(block.largest)),
+        None => text!(
+            " by up to {} of their entries, by no common factor",
+            size(block.largest)
+        ),
     };
     let shape = match (block.symmetric, block.skew, block.factor) {
         (_, _, Some(_)) | (false, false, _) => Text::default(),
@@ -166,14 +231,24 @@ fn matrix(of: &Compared, block: &Block, terms: &[OfTerm]) -> Text {
         });
         more.extend(differing.map(|energy| {
             let [x, y] = energy.values;
-            text!("{} = {} in {a} and {} in {b}", energy.name.clone(), told(x), told(y))
+            text!(
+                "{} = {} in {a} and {} in {b}",
+                energy.name.clone(),
+                told(x),
+                told(y)
+            )
         }));
         for kernel in of.kernels.iter().filter(|kernel| kernel.of == block.of) {
             let [x, y] = kernel.left.map(|left| left <= NOTHING);
             if x != y {
                 let (zero, other) = if x { (a, b) } else { (b, a) };
-                more.push(text!("{} are in the kernel in {zero} and not in {other}", kernel.kind));
-            } else if kernel.of_difference.is_some_and(|left| left <= NOTHING) && block.factor.is_none() {
+                more.push(text!(
+                    "{} are in the kernel in {zero} and not in {other}",
+                    kernel.kind
+                ));
+            } else if kernel.of_difference.is_some_and(|left| left <= NOTHING)
+                && block.factor.is_none()
+            {
                 more.push(text!("the difference is 0 for {}", kernel.kind));
             }
         }
@@ -182,7 +257,11 @@ fn matrix(of: &Compared, block: &Block, terms: &[OfTerm]) -> Text {
         true => Text::default(),
         false => text!(" ({})", Text::joined(more, "; ")),
     };
-    text!("the matrices{coupling} differ in {} rows, {}{how}{shape}{more}", whole(block.differs.rows), located(&block.differs))
+    text!(
+        "the matrices{coupling} differ in {} rows, {}{how}{shape}{more}",
+        whole(block.differs.rows),
+        located(&block.differs)
+    )
 }
 
 fn load(of: &Compared, loads: &Loads, terms: &[OfTerm]) -> Text {
@@ -198,24 +277,40 @@ fn load(of: &Compared, loads: &Loads, terms: &[OfTerm]) -> Text {
         None if first.rows == 0 => text!(": {a} has none, {b}'s is {}", located(second)),
         None if second.rows == 0 => text!(": {b} has none, {a}'s is {}", located(first)),
         None if first.between != second.between || first.group != second.group => {
-            text!(": {a}'s is {}, {b}'s is {}", located(first), located(second))
+            text!(
+                ": {a}'s is {}, {b}'s is {}",
+                located(first),
+                located(second)
+            )
         }
         None if !more.is_empty() => Text::default(),
-        None => text!(", {} by up to {} of the largest, by no common factor", located(&loads.differs), size(loads.largest)),
+        None => text!(
+            ", {} by up to {} of the largest, by no common factor",
+            located(&loads.differs),
+            size(loads.largest)
+        ),
     };
     let more = match more.is_empty() {
         true => Text::default(),
         false => text!(" ({})", Text::joined(more, "; ")),
     };
-    text!("the loads{field} differ in {} rows{how}{more}", whole(loads.differs.rows))
+    text!(
+        "the loads{field} differ in {} rows{how}{more}",
+        whole(loads.differs.rows)
+    )
 }
 
 fn located(at: &Where) -> Text {
-    let extent = (0..3).map(|k| at.between[1][k] - at.between[0][k]).fold(0.0, f64::max);
+    let extent = (0..3)
+        .map(|k| at.between[1][k] - at.between[0][k])
+        .fold(0.0, f64::max);
     // Coordinates that are 0 but for rounding.
     let plain = |x: [f64; 3]| x.map(|x| if x.abs() <= 1e-12 * extent { 0.0 } else { x });
     let [low, high] = at.between.map(plain);
-    let dim = (0..3).filter(|k| low[*k] != 0.0 || high[*k] != 0.0).max().map_or(1, |k| k + 1);
+    let dim = (0..3)
+        .filter(|k| low[*k] != 0.0 || high[*k] != 0.0)
+        .max()
+        .map_or(1, |k| k + 1);
     match &at.group {
         Some(group) => text!("on `{group}`"),
         None if at.everywhere => text!("everywhere"),

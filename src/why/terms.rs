@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use faceoff_form::Problem;
-use faceoff_form::judge::recovery::{Column, Recovered, Scheme, Trial, recover};
+use faceoff_form::judge::recovery::{Column, Recovered, Scheme, Trial, largest, recover};
 use faceoff_form::own::{Assembler, State, Wanted, dof_table};
 use faceoff_judge::systems::{Both, Compared, System, matched};
 use faceoff_mesh::io::{Coordinates, DofTable};
@@ -16,8 +16,6 @@ use faceoff_mesh::mesh::Mesh;
 const ROUNDING: f64 = 1e-12;
 /// Terms in one explanation.
 const MOST: usize = 4;
-/// A number this small beside another one is 0.
-const NOTHING: f64 = 1e-5;
 /// Larger systems are not explained.
 const ROWS: usize = 200_000;
 
@@ -80,13 +78,21 @@ pub fn terms(both: &Both<'_>, compared: &Compared, mesh: &Mesh) -> [Vec<OfTerm>;
         return all;
     }
     for (field, name) in both.a.dofs.names.iter().enumerate() {
-        let has_matrix = compared.matrix.iter().any(|block| block.of == *name && block.with == *name && block.differs.rows > 0);
-        let has_load = compared.load.iter().any(|load| load.of == *name && load.differs.rows > 0);
+        let has_matrix = compared
+            .matrix
+            .iter()
+            .any(|block| block.of == *name && block.with == *name && block.differs.rows > 0);
+        let has_load = compared
+            .load
+            .iter()
+            .any(|load| load.of == *name && load.differs.rows > 0);
         if !has_matrix && !has_load {
             continue;
         }
         for space in ["P1", "P2", "RT0", "N1curl", "P0", "CR"] {
-            let Some(space) = Space::new(both, field, mesh, space) else { continue };
+            let Some(space) = Space::new(both, field, mesh, space) else {
+                continue;
+            };
             if has_matrix {
                 all[0].extend(space.matrix(both, name));
             }
@@ -116,12 +122,20 @@ impl Space {
     /// Of elements of this name; none if the rows are not their dofs.
     fn new(both: &Both<'_>, field: usize, mesh: &Mesh, element: &str) -> Option<Self> {
         let dofs = &both.a.dofs;
-        let rows: Vec<usize> = (0..dofs.at.len()).filter(|k| usize::from(dofs.field[*k]) == field).collect();
+        let rows: Vec<usize> = (0..dofs.at.len())
+            .filter(|k| usize::from(dofs.field[*k]) == field)
+            .collect();
         let is_vector = rows.iter().any(|row| dofs.direction[*row][0] == 0.0);
         let dim = usize::from(mesh.dim());
-        let groups = mesh.groups.iter().filter(|group| usize::from(group.dim) + 1 == dim);
+        let groups = mesh
+            .groups
+            .iter()
+            .filter(|group| usize::from(group.dim) + 1 == dim);
         let is_name = |name: &&str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-        let groups: Vec<&str> = groups.filter_map(|group| group.name.as_deref()).filter(is_name).collect();
+        let groups: Vec<&str> = groups
+            .filter_map(|group| group.name.as_deref())
+            .filter(is_name)
+            .collect();
         let is_moment = matches!(element, "RT0" | "N1curl");
         if is_moment && !is_vector {
             return None;
@@ -135,8 +149,15 @@ impl Space {
             true => format!("{element}^{dim}"),
             false => element.to_owned(),
         };
-        let sum: Vec<&str> = bilinear.iter().chain(&linear).map(|(text, _)| text.as_str()).collect();
-        let form = format!("name = \"terms\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"{}\"\n", sum.join(" + "));
+        let sum: Vec<&str> = bilinear
+            .iter()
+            .chain(&linear)
+            .map(|(text, _)| text.as_str())
+            .collect();
+        let form = format!(
+            "name = \"terms\"\n[spaces]\nu = \"{space}\"\n[form]\nF = \"{}\"\n",
+            sum.join(" + ")
+        );
         let problem = Problem::parse("terms".as_ref(), &form, mesh).ok()?;
         if problem.integrals.len() != sum.len() {
             return None;
@@ -144,7 +165,11 @@ impl Space {
         let assembler = Assembler::of(&problem, mesh, &problem.integrals, false).ok()?;
         let system = |name: &str, table: DofTable| {
             let count = table.at.len();
-            let matrix = Coordinates { rows: count, columns: count, entries: Vec::new() };
+            let matrix = Coordinates {
+                rows: count,
+                columns: count,
+                entries: Vec::new(),
+            };
             System::new(name, matrix, vec![0.0; count], table).ok()
         };
         let own = system("terms", dof_table(&assembler).ok()?)?;
@@ -156,36 +181,70 @@ impl Space {
             values: None,
         };
         let found = matched(&own, &system("field", part)?).ok()?;
-        Some(Space { assembler, rows, own: found.to, scale: found.scale, bilinear, linear })
+        Some(Space {
+            assembler,
+            rows,
+            own: found.to,
+            scale: found.scale,
+            bilinear,
+            linear,
+        })
     }
 
     /// F(w; ·) of each term, on the rows of the field over their sizes.
-    fn columns(&self, both: &Both<'_>, w: &[f64], sizes: &[f64], which: std::ops::Range<usize>) -> Terms {
+    fn columns(
+        &self,
+        both: &Both<'_>,
+        w: &[f64],
+        sizes: &[f64],
+        which: std::ops::Range<usize>,
+    ) -> Terms {
         let mut own = vec![0.0; self.assembler.dofs.count()];
         let each = || self.rows.iter().zip(&self.own).zip(&self.scale);
         each().for_each(|((row, dof), scale)| own[*dof as usize] = scale * w[*row]);
         let all = self.bilinear.iter().chain(&self.linear).cloned();
         let texts: Vec<(String, usize)> = all.skip(which.start).take(which.len()).collect();
         let columns = which.map(|k| {
-            let state = State { u: &own, old: &[], parameters: &[] };
-            let values = self.assembler.assemble_only(k, state, Wanted::Residual).residual;
-            let on_rows = each().map(|((row, dof), scale)| over(both, *row, scale * values[*dof as usize], sizes));
+            let state = State {
+                u: &own,
+                old: &[],
+                parameters: &[],
+            };
+            let values = self
+                .assembler
+                .assemble_only(k, state, Wanted::Residual)
+                .residual;
+            let on_rows = each()
+                .map(|((row, dof), scale)| over(both, *row, scale * values[*dof as usize], sizes));
             Column::number(on_rows.collect(), 1.0)
         });
-        Terms { columns: columns.collect(), texts }
+        Terms {
+            columns: columns.collect(),
+            texts,
+        }
     }
 
     /// What the matrices have of each term.
     fn matrix(&self, both: &Both<'_>, name: &str) -> Vec<OfTerm> {
         let mut w = vec![0.0; both.is_held.len()];
-        for (k, row) in self.rows.iter().enumerate().filter(|(_, row)| !both.is_held[**row]) {
+        for (k, row) in self
+            .rows
+            .iter()
+            .enumerate()
+            .filter(|(_, row)| !both.is_held[**row])
+        {
             // The golden ratio: no two are alike, and none is small.
             w[*row] = 1.0 + (k as f64 * 0.618_033_988_749_895).fract();
         }
         let [(a, size), (b, other)] = [0, 1].map(|which| both.times(which, &w));
         let sizes: Vec<f64> = size.iter().zip(&other).map(|(a, b)| a.max(*b)).collect();
         let terms = self.columns(both, &w, &sizes, 0..self.bilinear.len());
-        let scaled = |of: &dyn Fn(usize) -> f64| self.rows.iter().map(|row| over(both, *row, of(*row), &sizes)).collect();
+        let scaled = |of: &dyn Fn(usize) -> f64| {
+            self.rows
+                .iter()
+                .map(|row| over(both, *row, of(*row), &sizes))
+                .collect()
+        };
         let more: Vec<f64> = scaled(&|row| b[row] - a[row]);
         let whole: Vec<f64> = scaled(&|row| a[row]);
         told(&terms, name, &more, &whole)
@@ -195,12 +254,24 @@ impl Space {
     fn load(&self, both: &Both<'_>, name: &str) -> Vec<OfTerm> {
         let count = both.is_held.len();
         let most = self.rows.iter().filter(|row| !both.is_held[**row]);
-        let most = most.map(|row| both.load(0, *row).0.abs().max(both.load(1, *row).0.abs())).fold(0.0, f64::max);
+        let most = most
+            .map(|row| both.load(0, *row).0.abs().max(both.load(1, *row).0.abs()))
+            .fold(0.0, f64::max);
         let sizes = vec![most; count];
         let bilinear = self.bilinear.len();
-        let terms = self.columns(both, &vec![0.0; count], &sizes, bilinear..bilinear + self.linear.len());
+        let terms = self.columns(
+            both,
+            &vec![0.0; count],
+            &sizes,
+            bilinear..bilinear + self.linear.len(),
+        );
         let value = |which: usize, row: usize| both.load(which, row).0;
-        let scaled = |of: &dyn Fn(usize) -> f64| self.rows.iter().map(|row| over(both, *row, of(*row), &sizes)).collect();
+        let scaled = |of: &dyn Fn(usize) -> f64| {
+            self.rows
+                .iter()
+                .map(|row| over(both, *row, of(*row), &sizes))
+                .collect()
+        };
         let more: Vec<f64> = scaled(&|row| value(1, row) - value(0, row));
         let whole: Vec<f64> = scaled(&|row| value(0, row));
         told(&terms, name, &more, &whole)
@@ -220,24 +291,45 @@ fn told(terms: &Terms, name: &str, more: &[f64], whole: &[f64]) -> Vec<OfTerm> {
         let Recovered { exact, .. } = recover(&Target { terms, b }, b, ROUNDING, most);
         exact.into_iter().next()
     };
-    let Some(found) = find(more, MOST) else { return Vec::new() };
+    let Some(found) = find(more, MOST) else {
+        return Vec::new();
+    };
     let whole = find(whole, 2 * MOST);
     let each = found.of.iter().zip(&found.deltas);
-    each.map(|(k, delta)| OfTerm {
-        of: name.to_owned(),
-        term: terms.texts[*k].0.clone(),
-        more: *delta,
-        a: whole.as_ref().map(|whole| {
-            let own = whole.of.iter().zip(&whole.deltas).find(|(own, _)| *own == k);
-            // What is this small beside the difference is rounding.
-            own.map_or(0.0, |(_, a)| if a.abs() <= NOTHING * delta.abs() { 0.0 } else { *a })
-        }),
+    each.map(|(k, delta)| {
+        // A multiple that is no more than rounding in any row is 0.
+        let most = largest(&terms.columns[*k].vector);
+        let plain = |x: f64| {
+            if x.abs() * most <= 10.0 * ROUNDING {
+                0.0
+            } else {
+                x
+            }
+        };
+        let a = whole.as_ref().map(|whole| {
+            let own = whole
+                .of
+                .iter()
+                .zip(&whole.deltas)
+                .find(|(own, _)| *own == k);
+            own.map_or(0.0, |(_, a)| plain(*a))
+        });
+        OfTerm {
+            of: name.to_owned(),
+            term: terms.texts[*k].0.clone(),
+            more: a.map_or(*delta, |a| plain(a + delta) - a),
+            a,
+        }
     })
     .collect()
 }
 
 /// Bilinear and linear terms, each with how far-fetched it is.
-fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
+fn texts(
+    dim: usize,
+    is_vector: bool,
+    groups: &[&str],
+) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
     let mut bilinear: Vec<(String, usize)> = Vec::new();
     let mut linear: Vec<(String, usize)> = Vec::new();
     let dx = |text: &str, rank: usize| (format!("{text}*dx"), rank);
@@ -248,7 +340,9 @@ fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Vec<(String, usize)>,
         bilinear.push(dx("inner(grad(u), grad(v))", 0));
         bilinear.push(dx("dot(u, v)", 0));
         for k in axes() {
-            let each: Vec<String> = axes().map(|i| format!("grad(u)[{i}, {k}]*v[{i}]")).collect();
+            let each: Vec<String> = axes()
+                .map(|i| format!("grad(u)[{i}, {k}]*v[{i}]"))
+                .collect();
             bilinear.push(dx(&format!("({})", each.join(" + ")), 2));
             bilinear.push(dx(&format!("u[{k}]*v[{k}]"), 3));
         }
@@ -258,8 +352,16 @@ fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Vec<(String, usize)>,
         }
         for k in axes() {
             linear.push(dx(&format!("v[{k}]"), 0));
-            linear.extend(["x", "y", "z"][..dim].iter().map(|x| dx(&format!("{x}*v[{k}]"), 2)));
-            linear.extend(groups.iter().map(|group| (format!("v[{k}]*ds({group})"), 1)));
+            linear.extend(
+                ["x", "y", "z"][..dim]
+                    .iter()
+                    .map(|x| dx(&format!("{x}*v[{k}]"), 2)),
+            );
+            linear.extend(
+                groups
+                    .iter()
+                    .map(|group| (format!("v[{k}]*ds({group})"), 1)),
+            );
         }
     } else {
         bilinear.push(dx("dot(grad(u), grad(v))", 0));
@@ -274,14 +376,22 @@ fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Vec<(String, usize)>,
         }
         bilinear.extend(groups.iter().map(|group| (format!("u*v*ds({group})"), 1)));
         linear.push(dx("v", 0));
-        linear.extend(["x", "y", "z"][..dim].iter().map(|x| dx(&format!("{x}*v"), 2)));
+        linear.extend(
+            ["x", "y", "z"][..dim]
+                .iter()
+                .map(|x| dx(&format!("{x}*v"), 2)),
+        );
         linear.extend(groups.iter().map(|group| (format!("v*ds({group})"), 1)));
     }
     (bilinear, linear)
 }
 
 /// The same of lowest-order Raviart–Thomas, or else Nédélec, elements.
-fn of_moments(dim: usize, is_normal: bool, groups: &[&str]) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
+fn of_moments(
+    dim: usize,
+    is_normal: bool,
+    groups: &[&str],
+) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
     let mut bilinear = vec![("dot(u, v)*dx".to_owned(), 0)];
     bilinear.push(match (is_normal, dim) {
         (true, _) => ("div(u)*div(v)*dx".to_owned(), 0),
@@ -299,7 +409,10 @@ fn of_moments(dim: usize, is_normal: bool, groups: &[&str]) -> (Vec<(String, usi
             bilinear.push((format!("dot(u, n)*dot(v, n)*ds({group})"), 1));
             linear.push((format!("dot(v, n)*ds({group})"), 1));
         } else if dim == 2 {
-            bilinear.push((format!("{}*{}*ds({group})", tangential("u"), tangential("v")), 1));
+            bilinear.push((
+                format!("{}*{}*ds({group})", tangential("u"), tangential("v")),
+                1,
+            ));
             linear.push((format!("{}*ds({group})", tangential("v")), 1));
         }
     }

@@ -35,7 +35,9 @@ pub(super) fn judge(of: &FaceOff, players: &[Player], rungs: &[Rung]) -> Result<
     let mut all = Vec::new();
     for rung in rungs {
         let system = |k: usize| rung.left[k].as_ref()?.system.as_ref();
-        let there = pairs(players).into_iter().filter_map(|(i, j)| Some((i, j, system(i)?, system(j)?)));
+        let there = pairs(players)
+            .into_iter()
+            .filter_map(|(i, j)| Some((i, j, system(i)?, system(j)?)));
         let there: Vec<_> = there.collect();
         if there.is_empty() {
             continue;

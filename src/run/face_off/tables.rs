@@ -294,7 +294,10 @@ impl Reader {
                 own.write_system();
             }
         }
-        let with_system = codes.iter().filter(|code| code.files().system.is_some()).count();
+        let with_system = codes
+            .iter()
+            .filter(|code| code.files().system.is_some())
+            .count();
         if fields.is_empty() && numbers.is_empty() && with_system < 2 {
             let what = "nothing is compared".to_owned();
             return Err(self.refuse(

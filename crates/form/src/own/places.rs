@@ -47,19 +47,29 @@ pub fn dof_table(assembler: &Assembler) -> Result<DofTable> {
     let Assembler { problem, mesh, .. } = assembler;
     let count = assembler.dofs.count();
     let mut all = DofTable {
-        names: problem.unknowns.iter().map(|unknown| unknown.name.clone()).collect(),
+        names: problem
+            .unknowns
+            .iter()
+            .map(|unknown| unknown.name.clone())
+            .collect(),
         direction: vec![[0.0; 3]; count],
         ..DofTable::default()
     };
     for (dof, (unknown, component, at)) in places(assembler).into_iter().enumerate() {
-        let field = u16::try_from(unknown).map_err(|_| Error::usage("there are too many unknowns", "use fewer"))?;
+        let field = u16::try_from(unknown)
+            .map_err(|_| Error::usage("there are too many unknowns", "use fewer"))?;
         all.field.push(field);
         all.at.push(at);
         if !problem.unknowns[unknown].space.element.is_vector() {
             all.direction[dof][component] = 1.0;
         }
     }
-    let is_moment = |dof: usize| problem.unknowns[usize::from(all.field[dof])].space.element.is_vector();
+    let is_moment = |dof: usize| {
+        problem.unknowns[usize::from(all.field[dof])]
+            .space
+            .element
+            .is_vector()
+    };
     let moments: Vec<usize> = (0..count).filter(|dof| is_moment(*dof)).collect();
     if moments.is_empty() {
         return Ok(all);
@@ -68,13 +78,22 @@ pub fn dof_table(assembler: &Assembler) -> Result<DofTable> {
     for axis in 0..mesh.dim {
         let constant = |field: &Field| {
             let width = field.components;
-            let values: Vec<f64> = (0..cells.points.len() * width).map(|k| if k % width == axis { 1.0 } else { 0.0 }).collect();
-            Field::new(field.name.clone(), Support::Points, width, Values::F64(values.into()))
+            let values: Vec<f64> = (0..cells.points.len() * width)
+                .map(|k| if k % width == axis { 1.0 } else { 0.0 })
+                .collect();
+            Field::new(
+                field.name.clone(),
+                Support::Points,
+                width,
+                Values::F64(values.into()),
+            )
         };
         let constants = fields.iter().map(constant).collect();
         cells.fields = constants;
         let values = read(assembler, &cells, f64::EPSILON)?;
-        moments.iter().for_each(|dof| all.direction[*dof][axis] = values[*dof]);
+        moments
+            .iter()
+            .for_each(|dof| all.direction[*dof][axis] = values[*dof]);
     }
     Ok(all)
 }

@@ -17,7 +17,10 @@ use crate::problem::Problem;
 /// A form with steps in time; a mesh on which nothing can be solved; values that are not finite.
 pub fn system(problem: &Problem, source: &Mesh) -> Result<(Coordinates, Vec<f64>, DofTable)> {
     if problem.time.is_some() {
-        let what = format!("{} has steps in time, and so no one linear system", problem.name);
+        let what = format!(
+            "{} has steps in time, and so no one linear system",
+            problem.name
+        );
         return Err(Error::usage(what, "compare its fields"));
     }
     let assembler = Assembler::new(problem, source)?;
@@ -25,18 +28,49 @@ pub fn system(problem: &Problem, source: &Mesh) -> Result<(Coordinates, Vec<f64>
     let held = held(&assembler, source, &parameters)?;
     let count = assembler.dofs.count();
     let zero = vec![0.0; count];
-    let state = State { u: &zero, old: &[], parameters: &parameters };
+    let state = State {
+        u: &zero,
+        old: &[],
+        parameters: &parameters,
+    };
     let found = assembler.assemble(state, Wanted::Both);
-    if found.matrix.iter().chain(&found.residual).any(|x| !x.is_finite()) {
+    if found
+        .matrix
+        .iter()
+        .chain(&found.residual)
+        .any(|x| !x.is_finite())
+    {
         let what = format!("a number of the system of {} is not finite", problem.name);
-        return Err(Error::usage(what, "shift the problem so that its derivative at 0 exists"));
+        return Err(Error::usage(
+            what,
+            "shift the problem so that its derivative at 0 exists",
+        ));
     }
     let mut entries = Vec::with_capacity(assembler.pattern.values());
-    assembler.pattern.for_rows(&assembler.dofs, |dof, columns, at| match held.is_held[dof] {
-        true => entries.push((dof as u32, dof as u32, 1.0)),
-        false => entries.extend(columns.iter().zip(&found.matrix[at..]).map(|(column, a)| (dof as u32, *column, *a))),
+    assembler
+        .pattern
+        .for_rows(&assembler.dofs, |dof, columns, at| {
+            match held.is_held[dof] {
+                true => entries.push((dof as u32, dof as u32, 1.0)),
+                false => entries.extend(
+                    columns
+                        .iter()
+                        .zip(&found.matrix[at..])
+                        .map(|(column, a)| (dof as u32, *column, *a)),
+                ),
+            }
+        });
+    let load = (0..count).map(|k| {
+        if held.is_held[k] {
+            held.values[k]
+        } else {
+            -found.residual[k]
+        }
     });
-    let load = (0..count).map(|k| if held.is_held[k] { held.values[k] } else { -found.residual[k] });
-    let matrix = Coordinates { rows: count, columns: count, entries };
+    let matrix = Coordinates {
+        rows: count,
+        columns: count,
+        entries,
+    };
     Ok((matrix, load.collect(), dof_table(&assembler)?))
 }

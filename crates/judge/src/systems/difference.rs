@@ -107,7 +107,9 @@ impl<'a> Both<'a> {
         let matrix = b.matrix.renumbered(count, &matched.to, &matched.scale);
         cancel::check()?;
         let rows = held((&a.matrix, &a.load), (&matrix, &load), &matched.is_in_both);
-        let is_held: Vec<bool> = (0..count).map(|k| rows.iter().any(|rows| rows[k].is_some())).collect();
+        let is_held: Vec<bool> = (0..count)
+            .map(|k| rows.iter().any(|rows| rows[k].is_some()))
+            .collect();
         Ok(Both {
             free: (0..count).filter(|row| !is_held[*row]).collect(),
             is_held,
@@ -140,19 +142,28 @@ impl Both<'_> {
         let count = a.dofs.at.len();
         let values = b.dofs.values.as_ref();
         let values = values.map(|u| spread(count, &matched.to, u, |k, u| u * matched.scale[k]));
-        let rtol = if settings.rtol > 0.0 { settings.rtol } else { RTOL };
+        let rtol = if settings.rtol > 0.0 {
+            settings.rtol
+        } else {
+            RTOL
+        };
         let regions = members(&settings.regions, &a.dofs.at)?;
         let place = |rows: &[usize], all: usize| located(rows, all, &a.dofs.at, &regions);
         let constrained = constrained(self, rtol, &place);
         let mut worst = vec![0.0f64; count];
         let matrix = blocks(self, rtol, &mut worst, &place)?;
         let load = loads(self, rtol, &mut worst, &place);
-        let differs = matrix.iter().any(|b| b.differs.rows > 0) || load.iter().any(|l| l.differs.rows > 0);
+        let differs =
+            matrix.iter().any(|b| b.differs.rows > 0) || load.iter().any(|l| l.differs.rows > 0);
         let is_same = !differs && constrained.only == [0, 0] && constrained.values == 0;
         let answers = a.dofs.values.as_ref().zip(values.as_ref());
         let shown = (0..count).filter(|row| worst[*row] > 0.0);
         Ok(Compared {
-            verdict: if is_same { Verdict::Agree } else { Verdict::Disagree },
+            verdict: if is_same {
+                Verdict::Agree
+            } else {
+                Verdict::Disagree
+            },
             dofs: matched.to.len(),
             rescaled: matched.scale.iter().filter(|s| **s != 1.0).count(),
             free: self.free.len(),
@@ -160,7 +171,9 @@ impl Both<'_> {
             matrix,
             load,
             kernels: probes::kernels(self),
-            energies: settings.volume.map_or_else(Vec::new, |volume| probes::energies(self, volume)),
+            energies: settings
+                .volume
+                .map_or_else(Vec::new, |volume| probes::energies(self, volume)),
             residuals: answers.map(|(u, v)| residuals(self, u, v, &matched.is_in_both)),
             rows: shown.map(|row| (a.dofs.at[row], worst[row])).collect(),
             b: b.name.clone(),
@@ -179,14 +192,20 @@ impl Both<'_> {
 
     /// The right-hand side in a row without what constrained dofs contribute, and the size of that.
     pub fn load(&self, which: usize, row: usize) -> (f64, f64) {
-        let held = self.matrices[which].row(row).filter(|(column, _)| self.is_held[*column]);
+        let held = self.matrices[which]
+            .row(row)
+            .filter(|(column, _)| self.is_held[*column]);
         let terms = held.map(|(column, a)| a * self.given[which][column]);
-        terms.fold((self.loads[which][row], 0.0), |(sum, size), term| (sum - term, size + term.abs()))
+        terms.fold((self.loads[which][row], 0.0), |(sum, size), term| {
+            (sum - term, size + term.abs())
+        })
     }
 
     /// Does a row have a constrained column in either system?
     fn is_touched(&self, row: usize) -> bool {
-        self.matrices.iter().any(|matrix| matrix.row(row).any(|(column, _)| self.is_held[column]))
+        self.matrices
+            .iter()
+            .any(|matrix| matrix.row(row).any(|(column, _)| self.is_held[column]))
     }
 }
 
@@ -211,7 +230,11 @@ fn given(own: &[Option<Held>], other: &[Option<Held>]) -> Vec<f64> {
     .collect()
 }
 
-fn constrained(both: &Both<'_>, rtol: f64, place: &dyn Fn(&[usize], usize) -> Where) -> Constrained {
+fn constrained(
+    both: &Both<'_>,
+    rtol: f64,
+    place: &dyn Fn(&[usize], usize) -> Where,
+) -> Constrained {
     let mut found = Constrained::default();
     let (mut only, mut differ, mut pairs) = (Vec::new(), Vec::new(), Vec::new());
     for k in 0..both.is_held.len() {
@@ -233,7 +256,9 @@ fn constrained(both: &Both<'_>, rtol: f64, place: &dyn Fn(&[usize], usize) -> Wh
             }
         }
     }
-    let most = pairs.iter().fold(0.0f64, |most, (_, a, b)| most.max(a.abs()).max(b.abs()));
+    let most = pairs
+        .iter()
+        .fold(0.0f64, |most, (_, a, b)| most.max(a.abs()).max(b.abs()));
     for (k, a, b) in &pairs {
         let far = (a - b).abs();
         if far > rtol * most {
@@ -242,9 +267,14 @@ fn constrained(both: &Both<'_>, rtol: f64, place: &dyn Fn(&[usize], usize) -> Wh
         }
     }
     if !differ.is_empty() {
-        let (ab, aa) = pairs.iter().fold((0.0, 0.0), |(ab, aa), (_, a, b)| (ab + a * b, aa + a * a));
+        let (ab, aa) = pairs
+            .iter()
+            .fold((0.0, 0.0), |(ab, aa), (_, a, b)| (ab + a * b, aa + a * a));
         let factor = ab / aa;
-        found.factor = pairs.iter().all(|(_, a, b)| (b - factor * a).abs() <= (COMMON * found.largest).max(rtol) * most).then_some(factor);
+        found.factor = pairs
+            .iter()
+            .all(|(_, a, b)| (b - factor * a).abs() <= (COMMON * found.largest).max(rtol) * most)
+            .then_some(factor);
         found.values_where = Some(place(&differ, both.is_held.len()));
     }
     found.values = differ.len();
@@ -260,7 +290,8 @@ pub fn merged<'a>(both: &'a Both<'_>, row: usize) -> impl Iterator<Item = (usize
     let (mut a, mut b) = (a.row(row).peekable(), b.row(row).peekable());
     let all = std::iter::from_fn(move || match (a.peek().copied(), b.peek().copied()) {
         (Some((i, x)), Some((j, y))) if i == j => {
-            (a.next(), b.next());
+            a.next();
+            b.next();
             Some((i, x, y))
         }
         (Some((i, x)), other) if other.is_none_or(|(j, _)| i < j) => a.next().map(|_| (i, x, 0.0)),
@@ -278,7 +309,12 @@ struct Sums {
     aa: f64,
 }
 
-fn blocks(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize], usize) -> Where) -> Result<Vec<Block>> {
+fn blocks(
+    both: &Both<'_>,
+    rtol: f64,
+    worst: &mut [f64],
+    place: &dyn Fn(&[usize], usize) -> Where,
+) -> Result<Vec<Block>> {
     let field = |dof: usize| both.a.dofs.field[dof];
     let count = both.a.dofs.names.len();
     // Of each row and each field of its columns: the largest entry, and the products.
@@ -303,7 +339,11 @@ fn blocks(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize]
     let mut found = Vec::new();
     for ((of, with), sums) in all {
         cancel::check()?;
-        let factor = if sums.aa > 0.0 { sums.ab / sums.aa } else { f64::NAN };
+        let factor = if sums.aa > 0.0 {
+            sums.ab / sums.aa
+        } else {
+            f64::NAN
+        };
         // Over the size of the row: the difference, what the factor leaves, and D with its transpose, added and taken away.
         let look = |k: usize| {
             let row = both.free[k];
@@ -317,8 +357,11 @@ fn blocks(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize]
                 left[1] = left[1].max((b - factor * a).abs() / size);
             }
             if left[0] > rtol && of == with {
-                for (column, a, b) in merged(both, row).filter(|(column, ..)| field(*column) == with) {
-                    let other = both.matrices[0].entry(column, row) - both.matrices[1].entry(column, row);
+                for (column, a, b) in
+                    merged(both, row).filter(|(column, ..)| field(*column) == with)
+                {
+                    let other =
+                        both.matrices[0].entry(column, row) - both.matrices[1].entry(column, row);
                     left[2] = left[2].max((a - b - other).abs() / size);
                     left[3] = left[3].max((a - b + other).abs() / size);
                 }
@@ -339,7 +382,8 @@ fn blocks(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize]
             with: name(with),
             largest: most(0),
             differs: place(&rows, possible),
-            factor: (is_other && most(1) <= (COMMON * most(0)).max(rtol)).then_some(factor),
+            factor: (is_other && sums.aa > 0.0 && most(1) <= (COMMON * most(0)).max(rtol))
+                .then_some(factor),
             symmetric: is_plain(2),
             skew: is_plain(3),
         });
@@ -347,53 +391,80 @@ fn blocks(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize]
     Ok(found)
 }
 
-fn loads(both: &Both<'_>, rtol: f64, worst: &mut [f64], place: &dyn Fn(&[usize], usize) -> Where) -> Vec<Loads> {
+fn loads(
+    both: &Both<'_>,
+    rtol: f64,
+    worst: &mut [f64],
+    place: &dyn Fn(&[usize], usize) -> Where,
+) -> Vec<Loads> {
     let names = both.a.dofs.names.iter().enumerate();
-    names.map(|(field, name)| {
-        let is_here = |row: &&usize| usize::from(both.a.dofs.field[**row]) == field;
-        let rows: Vec<usize> = both.free.iter().filter(is_here).copied().collect();
-        let values: Vec<([f64; 2], f64)> = parallel::collect(rows.len(), |k| {
-            let [(a, size), (b, other)] = [0, 1].map(|which| both.load(which, rows[k]));
-            ([a, b], size.max(other))
-        });
-        let most = values.iter().fold(0.0f64, |most, ([a, b], _)| most.max(a.abs()).max(b.abs()));
-        let far = |k: usize| {
-            let ([a, b], size) = values[k];
-            let all = most.max(size);
-            if all > 0.0 { (a - b).abs() / all } else { 0.0 }
-        };
-        let differ: Vec<usize> = (0..rows.len()).filter(|k| far(*k) > rtol).collect();
-        let (ab, aa) = values.iter().fold((0.0, 0.0), |(ab, aa), ([a, b], _)| (ab + a * b, aa + a * a));
-        let factor = ab / aa;
-        let largest = (0..rows.len()).map(far).fold(0.0, f64::max);
-        let is_common = values.iter().all(|([a, b], _)| (b - factor * a).abs() <= (COMMON * largest).max(rtol) * most);
-        differ.iter().for_each(|k| worst[rows[*k]] = worst[rows[*k]].max(far(*k)));
-        let support = |which: usize| {
-            let there = (0..rows.len()).filter(|k| values[*k].0[which].abs() > SUPPORT * most);
-            place(&there.map(|k| rows[k]).collect::<Vec<_>>(), rows.len())
-        };
-        let differing: Vec<usize> = differ.iter().map(|k| rows[*k]).collect();
-        Loads {
-            of: name.clone(),
-            largest,
-            constrained: !differing.is_empty() && differing.iter().all(|row| both.is_touched(*row)),
-            factor: (!differ.is_empty() && aa > 0.0 && is_common).then_some(factor),
-            differs: place(&differing, rows.len()),
-            support: [support(0), support(1)],
-        }
-    })
-    .collect()
+    names
+        .map(|(field, name)| {
+            let is_here = |row: &&usize| usize::from(both.a.dofs.field[**row]) == field;
+            let rows: Vec<usize> = both.free.iter().filter(is_here).copied().collect();
+            let values: Vec<([f64; 2], f64)> = parallel::collect(rows.len(), |k| {
+                let [(a, size), (b, other)] = [0, 1].map(|which| both.load(which, rows[k]));
+                ([a, b], size.max(other))
+            });
+            let most = values
+                .iter()
+                .fold(0.0f64, |most, ([a, b], _)| most.max(a.abs()).max(b.abs()));
+            let far = |k: usize| {
+                let ([a, b], size) = values[k];
+                let all = most.max(size);
+                if all > 0.0 { (a - b).abs() / all } else { 0.0 }
+            };
+            let differ: Vec<usize> = (0..rows.len()).filter(|k| far(*k) > rtol).collect();
+            let (ab, aa) = values
+                .iter()
+                .fold((0.0, 0.0), |(ab, aa), ([a, b], _)| (ab + a * b, aa + a * a));
+            let factor = ab / aa;
+            let largest = (0..rows.len()).map(far).fold(0.0, f64::max);
+            let is_common = values
+                .iter()
+                .all(|([a, b], _)| (b - factor * a).abs() <= (COMMON * largest).max(rtol) * most);
+            differ
+                .iter()
+                .for_each(|k| worst[rows[*k]] = worst[rows[*k]].max(far(*k)));
+            let support = |which: usize| {
+                let there = (0..rows.len()).filter(|k| values[*k].0[which].abs() > SUPPORT * most);
+                place(&there.map(|k| rows[k]).collect::<Vec<_>>(), rows.len())
+            };
+            let differing: Vec<usize> = differ.iter().map(|k| rows[*k]).collect();
+            Loads {
+                of: name.clone(),
+                largest,
+                constrained: !differing.is_empty()
+                    && differing.iter().all(|row| both.is_touched(*row)),
+                factor: (!differ.is_empty() && aa > 0.0 && is_common).then_some(factor),
+                differs: place(&differing, rows.len()),
+                support: [support(0), support(1)],
+            }
+        })
+        .collect()
 }
 
 fn residuals(both: &Both<'_>, u: &[f64], v: &[f64], is_in_both: &[bool]) -> Residuals {
     // What the second system has eliminated has the values that the first one gives.
-    let v: Vec<f64> = (0..u.len()).map(|k| if is_in_both[k] { v[k] } else { both.given[0][k] }).collect();
+    let v: Vec<f64> = (0..u.len())
+        .map(|k| {
+            if is_in_both[k] {
+                v[k]
+            } else {
+                both.given[0][k]
+            }
+        })
+        .collect();
     let left = |k: usize, x: &[f64]| {
         let (product, size) = both.matrices[k].times(x);
         let each = both.free.iter().map(|row| {
             let load = both.loads[k][*row];
             let size = size[*row] + load.abs();
-            if size > 0.0 { (product[*row] - load).abs() / size } else { 0.0 }
+            if size > 0.0 {
+                (product[*row] - load).abs() / size
+            } else {
+                0.0
+            }
         });
         each.fold(0.0, f64::max)
     };

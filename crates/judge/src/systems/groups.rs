@@ -34,11 +34,16 @@ pub struct Where {
 impl Region {
     /// All named groups of a mesh.
     pub fn of(mesh: &Mesh) -> Vec<Region> {
-        let cells: Vec<_> = mesh.cells().map(|(_, kind, nodes)| (kind, nodes.to_vec())).collect();
+        let cells: Vec<_> = mesh
+            .cells()
+            .map(|(_, kind, nodes)| (kind, nodes.to_vec()))
+            .collect();
         let region = |group: &faceoff_mesh::mesh::Group| {
             let mut places = HashSet::new();
             for cell in &group.cells {
-                let Some((kind, nodes)) = cells.get(*cell as usize) else { continue };
+                let Some((kind, nodes)) = cells.get(*cell as usize) else {
+                    continue;
+                };
                 let corners = &nodes[..nodes.len().min(kind.corners())];
                 let centre = |of: &[u32]| {
                     let mut sum = [0.0; 3];
@@ -81,7 +86,12 @@ pub fn members(regions: &[Region], at: &[[f64; 3]]) -> Result<Vec<(String, Vec<b
 }
 
 /// Where rows are, of so many that may be among them.
-pub fn located(rows: &[usize], all: usize, at: &[[f64; 3]], members: &[(String, Vec<bool>)]) -> Where {
+pub fn located(
+    rows: &[usize],
+    all: usize,
+    at: &[[f64; 3]],
+    members: &[(String, Vec<bool>)],
+) -> Where {
     let mut between = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     for row in rows {
         for k in 0..3 {
@@ -90,14 +100,22 @@ pub fn located(rows: &[usize], all: usize, at: &[[f64; 3]], members: &[(String, 
         }
     }
     let everywhere = 10 * rows.len() >= 9 * all;
-    let fitting = members.iter().filter(|(_, is_in)| !rows.is_empty() && rows.iter().all(|row| is_in[*row]));
+    let fitting = members
+        .iter()
+        .filter(|(_, is_in)| !rows.is_empty() && rows.iter().all(|row| is_in[*row]));
     let sized = fitting.map(|(name, is_in)| (is_in.iter().filter(|is| **is).count(), name));
     // A group that has many more rows is no place for a few.
-    let least = sized.min().filter(|(count, _)| *count <= 4 * rows.len() && *count < at.len());
+    let least = sized
+        .min()
+        .filter(|(count, _)| *count <= 4 * rows.len() && *count < at.len());
     Where {
         rows: rows.len(),
         everywhere,
         group: least.map(|(_, name)| name.clone()),
-        between: if rows.is_empty() { [[0.0; 3]; 2] } else { between },
+        between: if rows.is_empty() {
+            [[0.0; 3]; 2]
+        } else {
+            between
+        },
     }
 }

@@ -63,17 +63,24 @@ enum Look {
 /// The constrained rows of both systems, which have one numbering; a row that is not in the second one was eliminated there.
 ///
 /// A row with a diagonal entry only states a value if that entry is 1 or the same row is coupled in the other system: else it may as well be one of a mass matrix.
-pub fn held(a: (&Matrix, &[f64]), b: (&Matrix, &[f64]), is_in_both: &[bool]) -> [Vec<Option<Held>>; 2] {
+pub fn held(
+    a: (&Matrix, &[f64]),
+    b: (&Matrix, &[f64]),
+    is_in_both: &[bool],
+) -> [Vec<Option<Held>>; 2] {
     let mut all = [Vec::new(), Vec::new()];
     for row in 0..is_in_both.len() {
         let looks = [look(a.0, row), look(b.0, row)];
-        let is_coupled = [&looks[1], &looks[0]].map(|other| !matches!(other, Look::Alone(_) | Look::Empty));
+        let is_coupled =
+            [&looks[1], &looks[0]].map(|other| !matches!(other, Look::Alone(_) | Look::Empty));
         for (k, (look, load)) in looks.into_iter().zip([a.1, b.1]).enumerate() {
             let value = |diagonal: f64| Some(load[row] / diagonal);
             let of = |kept, value| Some(Held { kept, value });
             all[k].push(match look {
                 _ if k == 1 && !is_in_both[row] => of(Kept::Eliminated, None),
-                Look::Alone(diagonal) if diagonal == 1.0 || is_coupled[k] => of(Kept::Identity, value(diagonal)),
+                Look::Alone(diagonal) if diagonal == 1.0 || is_coupled[k] => {
+                    of(Kept::Identity, value(diagonal))
+                }
                 Look::Penalised(diagonal) => of(Kept::Penalty, value(diagonal)),
                 Look::Alone(_) | Look::Coupled | Look::Empty => None,
             });

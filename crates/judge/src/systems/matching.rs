@@ -42,7 +42,9 @@ pub fn matched(a: &System, b: &System) -> Result<Matched> {
         let key = (*place, fields[usize::from(b.dofs.field[dof])]);
         let direction = b.dofs.direction[dof];
         let all = there.get(&key).map_or(&[][..], |all| all);
-        let mut fitting = all.iter().filter_map(|&k| Some((k, ratio(a.dofs.direction[k as usize], direction)?)));
+        let mut fitting = all
+            .iter()
+            .filter_map(|&k| Some((k, ratio(a.dofs.direction[k as usize], direction)?)));
         let Some((to, scale)) = fitting.next() else {
             return Err(unmatched(a, b, dof));
         };
@@ -64,7 +66,12 @@ fn fields(a: &System, b: &System) -> Result<Vec<u16>> {
     let find = |name: &String| {
         let found = of_a.iter().position(|known| known == name);
         found.map(|k| k as u16).ok_or_else(|| {
-            let what = format!("its dofs are of {}, and those of {} of {}", of_b.join(", "), a.name, of_a.join(", "));
+            let what = format!(
+                "its dofs are of {}, and those of {} of {}",
+                of_b.join(", "),
+                a.name,
+                of_a.join(", ")
+            );
             Error::engine(&b.name, what, "name the fields alike in both tables")
         })
     };
@@ -78,24 +85,36 @@ fn ratio(d: [f64; 3], e: [f64; 3]) -> Option<f64> {
     let is_parallel = both.abs() >= (1.0 - PARALLEL) * (dd * ee).sqrt();
     let ratio = both / ee;
     // A rounded scaling of 1 is 1.
-    let plain = if (ratio.abs() - 1.0).abs() < 1e-9 { ratio.signum() } else { ratio };
+    let plain = if (ratio.abs() - 1.0).abs() < 1e-9 {
+        ratio.signum()
+    } else {
+        ratio
+    };
     (is_parallel && ratio != 0.0).then_some(plain)
 }
 
 fn shown(system: &System, dof: usize) -> String {
     let (at, d) = (system.dofs.at[dof], system.dofs.direction[dof]);
     let name = &system.dofs.names[usize::from(system.dofs.field[dof])];
-    format!("dof {dof} of {name} at ({}, {}, {}) along ({}, {}, {})", at[0], at[1], at[2], d[0], d[1], d[2])
+    format!(
+        "dof {dof} of {name} at ({}, {}, {}) along ({}, {}, {})",
+        at[0], at[1], at[2], d[0], d[1], d[2]
+    )
 }
 
 fn unmatched(a: &System, b: &System, dof: usize) -> Error {
     let what = format!("{} has no partner in {}", shown(b, dof), a.name);
-    let remedy = "use the same mesh and spaces in both codes, and check the places in the table of dofs";
+    let remedy =
+        "use the same mesh and spaces in both codes, and check the places in the table of dofs";
     Error::engine(&b.name, what, remedy)
 }
 
 fn ambiguous(a: &System, b: &System, dof: usize) -> Error {
-    let what = format!("{} has several partners in {}, or shares one with another dof", shown(b, dof), a.name);
+    let what = format!(
+        "{} has several partners in {}, or shares one with another dof",
+        shown(b, dof),
+        a.name
+    );
     let remedy = "give component or dx, dy, dz for each dof of a vector field; dofs of a broken space that share a place cannot be told apart";
     Error::engine(&b.name, what, remedy)
 }

@@ -15,7 +15,9 @@ impl Matrix {
     /// Of entries in any order; those of one place are added in the order in which they come.
     pub fn new(count: usize, entries: Vec<(u32, u32, f64)>) -> Self {
         let mut start = vec![0usize; count + 1];
-        entries.iter().for_each(|(row, ..)| start[*row as usize + 1] += 1);
+        entries
+            .iter()
+            .for_each(|(row, ..)| start[*row as usize + 1] += 1);
         (0..count).for_each(|row| start[row + 1] += start[row]);
         let mut next = start.clone();
         let mut sorted = vec![(0u32, 0.0f64); entries.len()];
@@ -31,7 +33,8 @@ impl Matrix {
             rows.push(own);
             rest = others;
         }
-        rows.par_iter_mut().for_each(|row| row.sort_by_key(|(column, _)| *column));
+        rows.par_iter_mut()
+            .for_each(|row| row.sort_by_key(|(column, _)| *column));
         drop(rows);
         let mut all = Matrix {
             start: Vec::with_capacity(count + 1),
@@ -43,7 +46,9 @@ impl Matrix {
             let first = all.columns.len();
             for &(column, value) in &sorted[start[row]..start[row + 1]] {
                 match all.columns[first..].last() {
-                    Some(last) if *last == column => *all.values.last_mut().expect("as long as the columns") += value,
+                    Some(last) if *last == column => {
+                        *all.values.last_mut().expect("as long as the columns") += value
+                    }
                     _ => {
                         all.columns.push(column);
                         all.values.push(value);
@@ -78,7 +83,9 @@ impl Matrix {
     pub fn times(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let both = parallel::collect(self.count(), |row| {
             let terms = self.row(row).map(|(column, a)| a * x[column]);
-            terms.fold((0.0, 0.0), |(sum, size), term| (sum + term, size + term.abs()))
+            terms.fold((0.0, 0.0), |(sum, size), term| {
+                (sum + term, size + term.abs())
+            })
         });
         both.into_iter().unzip()
     }
@@ -86,10 +93,16 @@ impl Matrix {
     /// The matrix of the same equations for the dofs x' = scale x, of which dof k has the number `to[k]` among `count`.
     pub fn renumbered(&self, count: usize, to: &[u32], scale: &[f64]) -> Matrix {
         let mut from = vec![None; count];
-        to.iter().enumerate().for_each(|(k, to)| from[*to as usize] = Some(k));
+        to.iter()
+            .enumerate()
+            .for_each(|(k, to)| from[*to as usize] = Some(k));
         let rows = parallel::collect(count, |row| {
-            let Some(old) = from[row] else { return Vec::new() };
-            let moved = self.row(old).map(|(column, a)| (to[column], a / (scale[old] * scale[column])));
+            let Some(old) = from[row] else {
+                return Vec::new();
+            };
+            let moved = self
+                .row(old)
+                .map(|(column, a)| (to[column], a / (scale[old] * scale[column])));
             let mut moved: Vec<(u32, f64)> = moved.collect();
             moved.sort_unstable_by_key(|(column, _)| *column);
             moved

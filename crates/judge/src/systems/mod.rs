@@ -68,13 +68,25 @@ impl System {
         let count = dofs.at.len();
         if matrix.rows != count || matrix.columns != count || load.len() != count || count == 0 {
             let (rows, columns, loads) = (matrix.rows, matrix.columns, load.len());
-            let what = format!("its matrix is {rows} × {columns}, its right-hand side has {loads} rows, and its table {count} dofs");
+            let what = format!(
+                "its matrix is {rows} × {columns}, its right-hand side has {loads} rows, and its table {count} dofs"
+            );
             return Err(refuse(what, "write one row of each per dof"));
         }
-        if let Some(k) = dofs.direction.iter().position(|d| d.iter().all(|x| *x == 0.0)) {
+        if let Some(k) = dofs
+            .direction
+            .iter()
+            .position(|d| d.iter().all(|x| *x == 0.0))
+        {
             let [x, y, z] = dofs.at[k];
-            let what = format!("dof {k} of {}, at ({x}, {y}, {z}), is 0 for every constant field, as those of a hierarchical basis are, so that it cannot be matched", dofs.names[usize::from(dofs.field[k])]);
-            return Err(refuse(what, "use a nodal basis, or lowest-order moments on facets or edges"));
+            let what = format!(
+                "dof {k} of {}, at ({x}, {y}, {z}), is 0 for every constant field, as those of a hierarchical basis are, so that it cannot be matched",
+                dofs.names[usize::from(dofs.field[k])]
+            );
+            return Err(refuse(
+                what,
+                "use a nodal basis, or lowest-order moments on facets or edges",
+            ));
         }
         Ok(System {
             name: name.to_owned(),

@@ -63,7 +63,9 @@ impl Linear {
             if usize::from(*own) != field {
                 return 0.0;
             }
-            let value = |i: usize| self.constant[i] + (0..3).map(|j| self.gradient[i][j] * x[j]).sum::<f64>();
+            let value = |i: usize| {
+                self.constant[i] + (0..3).map(|j| self.gradient[i][j] * x[j]).sum::<f64>()
+            };
             (0..3).map(|i| d[i] * value(i)).sum()
         })
         .collect()
@@ -74,24 +76,44 @@ impl Linear {
 fn kind(both: &Both<'_>, field: usize) -> (usize, bool) {
     let dofs = &both.a.dofs;
     let varies = |axis: usize| dofs.at.iter().any(|x| x[axis] != dofs.at[0][axis]);
-    let dim = (0..3).filter(|axis| varies(*axis)).max().map_or(1, |axis| axis + 1);
-    let mut own = dofs.direction.iter().zip(&dofs.field).filter(|(_, f)| usize::from(**f) == field);
+    let dim = (0..3)
+        .filter(|axis| varies(*axis))
+        .max()
+        .map_or(1, |axis| axis + 1);
+    let mut own = dofs
+        .direction
+        .iter()
+        .zip(&dofs.field)
+        .filter(|(_, f)| usize::from(**f) == field);
     (dim, own.any(|(d, _)| d[1] != 0.0 || d[2] != 0.0))
 }
 
 /// What constants, rotations and gradients of quadratic functions leave, by field.
 pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
-    let touched = |k: usize, row: usize| both.matrices[k].row(row).any(|(column, _)| both.is_held[column]);
-    let inner: Vec<usize> = both.free.iter().copied().filter(|row| !touched(0, *row) && !touched(1, *row)).collect();
+    let touched = |k: usize, row: usize| {
+        both.matrices[k]
+            .row(row)
+            .any(|(column, _)| both.is_held[column])
+    };
+    let inner: Vec<usize> = both
+        .free
+        .iter()
+        .copied()
+        .filter(|row| !touched(0, *row) && !touched(1, *row))
+        .collect();
     let mut all = Vec::new();
     for (field, name) in both.a.dofs.names.iter().enumerate() {
         let (dim, is_vector) = kind(both, field);
         let axes = if is_vector { dim } else { 1 };
         let pairs = |sign: f64| {
             let each = (0..dim).flat_map(move |i| (i + 1..dim).map(move |j| (i, j)));
-            each.map(move |(i, j)| Linear::gradient(&[(i, j, 1.0), (j, i, sign)])).collect::<Vec<_>>()
+            each.map(move |(i, j)| Linear::gradient(&[(i, j, 1.0), (j, i, sign)]))
+                .collect::<Vec<_>>()
         };
-        let mut kinds = vec![("constants", (0..axes).map(Linear::constant).collect::<Vec<_>>())];
+        let mut kinds = vec![(
+            "constants",
+            (0..axes).map(Linear::constant).collect::<Vec<_>>(),
+        )];
         if is_vector {
             let stretches = (0..dim).map(|i| Linear::gradient(&[(i, i, 1.0)]));
             kinds.push(("rotations", pairs(-1.0)));
@@ -101,8 +123,11 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
             let left = both.matrices.each_ref().map(|matrix| {
                 let each = fields.iter().map(|w| {
                     let (product, size) = matrix.times(&w.dofs(both, field));
-                    let own = inner.iter().filter(|row| usize::from(both.a.dofs.field[**row]) == field && size[**row] > 0.0);
-                    own.map(|row| product[*row].abs() / size[*row]).fold(0.0, f64::max)
+                    let own = inner.iter().filter(|row| {
+                        usize::from(both.a.dofs.field[**row]) == field && size[**row] > 0.0
+                    });
+                    own.map(|row| product[*row].abs() / size[*row])
+                        .fold(0.0, f64::max)
                 });
                 each.fold(0.0, f64::max)
             });
@@ -111,7 +136,10 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
             let mut of_difference = 0.0f64;
             for w in &fields {
                 let w = w.dofs(both, field);
-                for row in inner.iter().filter(|row| usize::from(both.a.dofs.field[**row]) == field) {
+                for row in inner
+                    .iter()
+                    .filter(|row| usize::from(both.a.dofs.field[**row]) == field)
+                {
                     let (mut sum, mut size, mut all) = (0.0, 0.0, 0.0);
                     for (column, a, b) in super::difference::merged(both, *row) {
                         sum += (a - b) * w[column];
@@ -125,8 +153,16 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
                 }
             }
             // A field of which no row can be looked at says nothing.
-            if inner.iter().any(|row| usize::from(both.a.dofs.field[*row]) == field) {
-                all.push(Kernel { of: name.clone(), kind, left, of_difference: differing.then_some(of_difference) });
+            if inner
+                .iter()
+                .any(|row| usize::from(both.a.dofs.field[*row]) == field)
+            {
+                all.push(Kernel {
+                    of: name.clone(),
+                    kind,
+                    left,
+                    of_difference: differing.then_some(of_difference),
+                });
             }
         }
     }
@@ -137,7 +173,11 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
 pub fn energies(both: &Both<'_>, volume: f64) -> Vec<Energies> {
     let mut all = Vec::new();
     for (field, name) in both.a.dofs.names.iter().enumerate() {
-        let is_whole = both.is_held.iter().zip(&both.a.dofs.field).all(|(held, own)| !held || usize::from(*own) != field);
+        let is_whole = both
+            .is_held
+            .iter()
+            .zip(&both.a.dofs.field)
+            .all(|(held, own)| !held || usize::from(*own) != field);
         if !is_whole {
             continue;
         }
@@ -149,25 +189,45 @@ pub fn energies(both: &Both<'_>, volume: f64) -> Vec<Energies> {
                 let (product, size) = matrix.times(&w);
                 let sum: f64 = w.iter().zip(&product).map(|(w, p)| w * p).sum();
                 let most: f64 = w.iter().zip(&size).map(|(w, s)| (w * s).abs()).sum();
-                if sum.abs() <= NOTHING * most { 0.0 } else { sum / volume }
+                if sum.abs() <= NOTHING * most {
+                    0.0
+                } else {
+                    sum / volume
+                }
             })
         };
         let mut push = |title: String, values: [f64; 2]| {
             if values != [0.0, 0.0] {
-                all.push(Energies { of: name.clone(), name: title, values });
+                all.push(Energies {
+                    of: name.clone(),
+                    name: title,
+                    values,
+                });
             }
         };
         let axes = if is_vector { dim } else { 1 };
-        let each: Vec<[f64; 2]> = (0..axes).map(|axis| energy(Linear::constant(axis))).collect();
-        let constants = each.iter().fold([0.0f64; 2], |most, own| [0, 1].map(|k| most[k].max(own[k].abs())));
+        let each: Vec<[f64; 2]> = (0..axes)
+            .map(|axis| energy(Linear::constant(axis)))
+            .collect();
+        let constants = each.iter().fold([0.0f64; 2], |most, own| {
+            [0, 1].map(|k| most[k].max(own[k].abs()))
+        });
         let near = |a: [f64; 2]| (0..2).all(|k| (a[k] - each[0][k]).abs() <= 1e-9 * constants[k]);
         match each.iter().all(|own| near(*own)) {
             true => push("the energy of constants".into(), each[0]),
-            false => (0..axes).for_each(|axis| push(format!("the energy of constants along {}", ["x", "y", "z"][axis]), each[axis])),
+            false => (0..axes).for_each(|axis| {
+                push(
+                    format!("the energy of constants along {}", ["x", "y", "z"][axis]),
+                    each[axis],
+                )
+            }),
         }
         if !is_vector && constants == [0.0, 0.0] {
             for axis in 0..dim {
-                push(format!("κ{}", ["xx", "yy", "zz"][axis]), energy(Linear::gradient(&[(0, axis, 1.0)])));
+                push(
+                    format!("κ{}", ["xx", "yy", "zz"][axis]),
+                    energy(Linear::gradient(&[(0, axis, 1.0)])),
+                );
             }
         }
         let rotation = energy(Linear::gradient(&[(0, 1, -1.0), (1, 0, 1.0)]));
@@ -176,7 +236,10 @@ pub fn energies(both: &Both<'_>, volume: f64) -> Vec<Energies> {
             let across = energy(Linear::gradient(&[(1, 1, 1.0)]));
             let plane = energy(Linear::gradient(&[(0, 0, 1.0), (1, 1, 1.0)]));
             let shear = energy(Linear::gradient(&[(0, 1, 1.0), (1, 0, 1.0)]));
-            push("λ".into(), [0, 1].map(|k| (plane[k] - along[k] - across[k]) / 2.0));
+            push(
+                "λ".into(),
+                [0, 1].map(|k| (plane[k] - along[k] - across[k]) / 2.0),
+            );
             push("μ".into(), shear.map(|e| e / 4.0));
             push("λ + 2μ".into(), along);
         }

@@ -15,7 +15,11 @@ fn rod(n: usize, kappa: f64, c: f64, order: &dyn Fn(usize) -> usize) -> System {
         for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let sign = if i == j { 1.0 } else { -1.0 };
             let mass = if i == j { h / 3.0 } else { h / 6.0 };
-            entries.push((order(cell + i) as u32, order(cell + j) as u32, sign * kappa / h + c * mass));
+            entries.push((
+                order(cell + i) as u32,
+                order(cell + j) as u32,
+                sign * kappa / h + c * mass,
+            ));
         }
         (0..2).for_each(|i| load[order(cell + i)] += h / 2.0);
     }
@@ -27,7 +31,11 @@ fn rod(n: usize, kappa: f64, c: f64, order: &dyn Fn(usize) -> usize) -> System {
         at,
         values: None,
     };
-    let matrix = Coordinates { rows: n + 1, columns: n + 1, entries };
+    let matrix = Coordinates {
+        rows: n + 1,
+        columns: n + 1,
+        entries,
+    };
     System::new("rod", matrix, load, dofs).unwrap()
 }
 
@@ -39,18 +47,32 @@ fn same(k: usize) -> usize {
 fn edited(system: &System, edit: impl Fn(usize, usize, f64) -> f64) -> System {
     let count = system.load.len();
     let rows = (0..count).flat_map(|i| system.matrix.row(i).map(move |(j, a)| (i, j, a)));
-    let entries = rows.map(|(i, j, a)| (i as u32, j as u32, edit(i, j, a))).collect();
-    let matrix = Coordinates { rows: count, columns: count, entries };
+    let entries = rows
+        .map(|(i, j, a)| (i as u32, j as u32, edit(i, j, a)))
+        .collect();
+    let matrix = Coordinates {
+        rows: count,
+        columns: count,
+        entries,
+    };
     System::new("edited", matrix, system.load.clone(), system.dofs.clone()).unwrap()
 }
 
 fn settings() -> Settings {
-    Settings { volume: Some(1.0), ..Settings::default() }
+    Settings {
+        volume: Some(1.0),
+        ..Settings::default()
+    }
 }
 
 #[test]
 fn the_order_of_rows_does_not_matter() {
-    let found = compare(rod(8, 2.0, 0.0, &same), rod(8, 2.0, 0.0, &|k| 8 - k), &settings()).unwrap();
+    let found = compare(
+        rod(8, 2.0, 0.0, &same),
+        rod(8, 2.0, 0.0, &|k| 8 - k),
+        &settings(),
+    )
+    .unwrap();
     assert_eq!(found.verdict, Verdict::Agree);
     assert!(found.matrix[0].largest < 1e-15, "{found:?}");
     assert_eq!(found.energies[0].values, [2.0, 2.0]);
@@ -59,15 +81,29 @@ fn the_order_of_rows_does_not_matter() {
 
 #[test]
 fn a_factor_and_a_term_on_top_are_told_apart() {
-    let factor = compare(rod(8, 2.0, 0.0, &same), rod(8, 2.02, 0.0, &|k| 8 - k), &settings()).unwrap();
+    let factor = compare(
+        rod(8, 2.0, 0.0, &same),
+        rod(8, 2.02, 0.0, &|k| 8 - k),
+        &settings(),
+    )
+    .unwrap();
     assert!((factor.matrix[0].factor.unwrap() - 1.01).abs() < 1e-14);
     assert!(factor.matrix[0].differs.everywhere && factor.matrix[0].symmetric);
     assert_eq!(factor.load[0].differs.rows, 0);
-    let mass = compare(rod(8, 2.0, 0.0, &same), rod(8, 2.0, 0.5, &same), &settings()).unwrap();
+    let mass = compare(
+        rod(8, 2.0, 0.0, &same),
+        rod(8, 2.0, 0.5, &same),
+        &settings(),
+    )
+    .unwrap();
     assert_eq!(mass.matrix[0].factor, None);
     let constants = &mass.kernels[0].left;
     assert!(constants[0] < 1e-14 && constants[1] > 1e-4, "{constants:?}");
-    let energy = mass.energies.iter().find(|e| e.name == "the energy of constants").unwrap();
+    let energy = mass
+        .energies
+        .iter()
+        .find(|e| e.name == "the energy of constants")
+        .unwrap();
     assert!((energy.values[1] - 0.5).abs() < 1e-13);
 }
 
@@ -75,20 +111,35 @@ fn a_factor_and_a_term_on_top_are_told_apart() {
 #[test]
 fn constraints_are_equal_however_they_are_kept() {
     let free = rod(8, 1.0, 1.0, &same);
-    let mut identity = edited(&free, |i, j, a| if i == 0 { f64::from(u8::from(j == 0)) } else { a });
+    let mut identity = edited(&free, |i, j, a| {
+        if i == 0 {
+            f64::from(u8::from(j == 0))
+        } else {
+            a
+        }
+    });
     identity.load[0] = 3.0;
     let mut penalty = edited(&free, |i, j, a| if i == 0 && j == 0 { 1e30 } else { a });
     penalty.load[0] = 3e30;
     let mut symmetric = edited(&identity, |i, j, a| if i > 0 && j == 0 { 0.0 } else { a });
     symmetric.load[1] -= 3.0 * free.matrix.entry(1, 0);
-    let entries = (1..9).flat_map(|i| free.matrix.row(i).filter(|(j, _)| *j > 0).map(move |(j, a)| (i as u32 - 1, j as u32 - 1, a)));
+    let entries = (1..9).flat_map(|i| {
+        free.matrix
+            .row(i)
+            .filter(|(j, _)| *j > 0)
+            .map(move |(j, a)| (i as u32 - 1, j as u32 - 1, a))
+    });
     let rest = DofTable {
         field: vec![0; 8],
         at: free.dofs.at[1..].to_vec(),
         direction: free.dofs.direction[1..].to_vec(),
         ..free.dofs.clone()
     };
-    let matrix = Coordinates { rows: 8, columns: 8, entries: entries.collect() };
+    let matrix = Coordinates {
+        rows: 8,
+        columns: 8,
+        entries: entries.collect(),
+    };
     let eliminated = System::new("eliminated", matrix, symmetric.load[1..].to_vec(), rest).unwrap();
     let all = [identity, penalty, symmetric, eliminated];
     for a in &all {
@@ -123,7 +174,10 @@ fn signs_and_scalings_of_moments_are_taken_out() {
     assert_eq!((found.verdict, found.rescaled), (Verdict::Agree, 9));
     // With a sign that the table does not tell they are other equations.
     b.dofs.direction[2] = b.dofs.direction[2].map(|d| -d);
-    assert_eq!(compare(a, b, &settings()).unwrap().verdict, Verdict::Disagree);
+    assert_eq!(
+        compare(a, b, &settings()).unwrap().verdict,
+        Verdict::Disagree
+    );
 }
 
 #[test]
@@ -131,16 +185,26 @@ fn what_cannot_be_matched_is_refused() {
     let a = rod(4, 1.0, 0.0, &same);
     let mut twice = a.clone();
     twice.dofs.at[1] = twice.dofs.at[2];
-    let error = compare(a.clone(), twice, &settings()).unwrap_err().to_string();
+    let error = compare(a.clone(), twice, &settings())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("several partners"), "{error}");
     let mut far = a.clone();
     far.dofs.at[1][0] += 0.01;
-    let error = compare(a.clone(), far, &settings()).unwrap_err().to_string();
+    let error = compare(a.clone(), far, &settings())
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("no partner"), "{error}");
     let mut bubble = a.dofs.clone();
     bubble.direction[3] = [0.0; 3];
-    let matrix = Coordinates { rows: 5, columns: 5, entries: vec![] };
-    let error = System::new("p", matrix, a.load.clone(), bubble).unwrap_err().to_string();
+    let matrix = Coordinates {
+        rows: 5,
+        columns: 5,
+        entries: vec![],
+    };
+    let error = System::new("p", matrix, a.load.clone(), bubble)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("hierarchical"), "{error}");
 }
 

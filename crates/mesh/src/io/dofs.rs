@@ -44,11 +44,18 @@ pub fn read_dofs(path: &Path) -> Result<DofTable> {
 /// A file that cannot be written.
 pub fn write_dofs(path: &Path, table: &DofTable) -> Result<()> {
     let mut text = String::from("field,x,y,z,dx,dy,dz");
-    text.push_str(if table.values.is_some() { ",value\n" } else { "\n" });
+    text.push_str(if table.values.is_some() {
+        ",value\n"
+    } else {
+        "\n"
+    });
     for (k, (x, d)) in table.at.iter().zip(&table.direction).enumerate() {
         text.push_str(&table.names[usize::from(table.field[k])]);
         let value = table.values.iter().map(|values| &values[k]);
-        x.iter().chain(d).chain(value).for_each(|number| text.push_str(&format!(",{number:?}")));
+        x.iter()
+            .chain(d)
+            .chain(value)
+            .for_each(|number| text.push_str(&format!(",{number:?}")));
         text.push('\n');
     }
     save(path, [text.as_bytes()])
@@ -56,9 +63,24 @@ pub fn write_dofs(path: &Path, table: &DofTable) -> Result<()> {
 
 fn table(path: &Path, bytes: &[u8]) -> Result<DofTable> {
     let refuse = |line: usize, what: String| Error::file(path, Place::Line(line), what, REMEDY);
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
-    let names = reader.headers().map_err(|e| refuse(1, e.to_string()))?.clone();
-    const KNOWN: [&str; 9] = ["field", "component", "x", "y", "z", "dx", "dy", "dz", "value"];
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(bytes);
+    let names = reader
+        .headers()
+        .map_err(|e| refuse(1, e.to_string()))?
+        .clone();
+    const KNOWN: [&str; 9] = [
+        "field",
+        "component",
+        "x",
+        "y",
+        "z",
+        "dx",
+        "dy",
+        "dz",
+        "value",
+    ];
     let mut column = [None; KNOWN.len()];
     for (k, name) in names.iter().enumerate() {
         let Some(known) = KNOWN.iter().position(|known| *known == name) else {
@@ -80,7 +102,7 @@ fn table(path: &Path, bytes: &[u8]) -> Result<DofTable> {
     let mut row = csv::StringRecord::new();
     loop {
         let line = reader.position().line() as usize;
-        if all.at.len() % 65536 == 0 {
+        if all.at.len().is_multiple_of(65536) {
             cancel::check()?;
         }
         match reader.read_record(&mut row) {
@@ -91,14 +113,19 @@ fn table(path: &Path, bytes: &[u8]) -> Result<DofTable> {
         let number = |column: usize| {
             let number = row[column].parse().ok().filter(|x: &f64| x.is_finite());
             number.ok_or_else(|| {
-                let what = format!("`{}` in column `{}` is not a finite number", &row[column], &names[column]);
+                let what = format!(
+                    "`{}` in column `{}` is not a finite number",
+                    &row[column], &names[column]
+                );
                 refuse(line, what)
             })
         };
         let three = |columns: [Option<usize>; 3]| -> Result<[f64; 3]> {
             let mut all = [0.0; 3];
             for (one, column) in all.iter_mut().zip(columns) {
-                *one = column.filter(|k| !row[*k].is_empty()).map_or(Ok(0.0), number)?;
+                *one = column
+                    .filter(|k| !row[*k].is_empty())
+                    .map_or(Ok(0.0), number)?;
             }
             Ok(all)
         };
@@ -107,20 +134,27 @@ fn table(path: &Path, bytes: &[u8]) -> Result<DofTable> {
             Some(position) => *position,
             None => {
                 let position = u16::try_from(known.len());
-                let position = position.map_err(|_| refuse(line, "there are too many fields".into()))?;
+                let position =
+                    position.map_err(|_| refuse(line, "there are too many fields".into()))?;
                 known.insert(name.to_owned(), position);
                 all.names.push(name.to_owned());
                 position
             }
         };
-        let given = [dx, dy, dz].into_iter().flatten().any(|k| !row[k].is_empty());
+        let given = [dx, dy, dz]
+            .into_iter()
+            .flatten()
+            .any(|k| !row[k].is_empty());
         let direction = match component.filter(|k| !row[*k].is_empty()) {
             _ if given => three([dx, dy, dz])?,
             None => [1.0, 0.0, 0.0],
             Some(k) => {
                 let component = row[k].parse().ok().filter(|c: &usize| *c < 3);
                 let component = component.ok_or_else(|| {
-                    refuse(line, format!("the component `{}` is not 0, 1 or 2", &row[k]))
+                    refuse(
+                        line,
+                        format!("the component `{}` is not 0, 1 or 2", &row[k]),
+                    )
                 })?;
                 let mut direction = [0.0; 3];
                 direction[component] = 1.0;
@@ -147,9 +181,15 @@ mod tests {
 
     #[test]
     fn components_and_moments_are_directions() {
-        let found = read("field,x,y,component,dx,dy,value\nu,0,1,1,,,2.5\nq,0.5,0,,0,-0.25,3\np,1,1,,,,4\n").unwrap();
+        let found = read(
+            "field,x,y,component,dx,dy,value\nu,0,1,1,,,2.5\nq,0.5,0,,0,-0.25,3\np,1,1,,,,4\n",
+        )
+        .unwrap();
         assert_eq!(found.names, ["u", "q", "p"]);
-        assert_eq!(found.direction, [[0.0, 1.0, 0.0], [0.0, -0.25, 0.0], [1.0, 0.0, 0.0]]);
+        assert_eq!(
+            found.direction,
+            [[0.0, 1.0, 0.0], [0.0, -0.25, 0.0], [1.0, 0.0, 0.0]]
+        );
         assert_eq!(found.at[1], [0.5, 0.0, 0.0]);
         assert_eq!(found.values, Some(vec![2.5, 3.0, 4.0]));
     }
@@ -158,7 +198,8 @@ mod tests {
     fn what_is_written_is_read() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("dofs.csv");
-        let written = read("field,x,y,component,dx,dy,value\nu,0,0.1,1,,,2.5\nq,0.5,0,,0,-0.25,3\n").unwrap();
+        let written =
+            read("field,x,y,component,dx,dy,value\nu,0,0.1,1,,,2.5\nq,0.5,0,,0,-0.25,3\n").unwrap();
         write_dofs(&path, &written).unwrap();
         assert_eq!(read_dofs(&path).unwrap(), written);
     }
@@ -167,9 +208,15 @@ mod tests {
     fn errors_name_the_line_and_the_column() {
         for (text, told) in [
             ("y,z\n0,0\n", "no column `x`"),
-            ("x,colour\n0,0\n", "line 1: the column `colour` is not known"),
+            (
+                "x,colour\n0,0\n",
+                "line 1: the column `colour` is not known",
+            ),
             ("x,x\n0,0\n", "`x` is there twice"),
-            ("x,y\n0,0\n1,nan\n", "line 3: `nan` in column `y` is not a finite number"),
+            (
+                "x,y\n0,0\n1,nan\n",
+                "line 3: `nan` in column `y` is not a finite number",
+            ),
             ("x,component\n0,3\n", "line 2: the component `3`"),
         ] {
             let error = read(text).unwrap_err().to_string();

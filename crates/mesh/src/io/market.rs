@@ -30,7 +30,8 @@ struct Header {
 }
 
 /// How to write what can be read.
-const REMEDY: &str = "write it as `%%MatrixMarket matrix coordinate real general` (scipy.io.mmwrite does)";
+const REMEDY: &str =
+    "write it as `%%MatrixMarket matrix coordinate real general` (scipy.io.mmwrite does)";
 
 /// Reads a sparse matrix.
 ///
@@ -49,7 +50,8 @@ pub fn read_vector(path: &Path) -> Result<Vec<f64>> {
     let found = matrix(path, &data)?;
     let (rows, columns) = (found.rows, found.columns);
     if columns != 1 && rows != 1 {
-        let what = format!("a vector has one column, and this has {rows} rows and {columns} columns");
+        let what =
+            format!("a vector has one column, and this has {rows} rows and {columns} columns");
         return Err(Scan::new(path, &data).error_with(what, "write the right-hand side alone"));
     }
     let mut all = vec![0.0; rows.max(columns)];
@@ -66,7 +68,10 @@ pub fn read_vector(path: &Path) -> Result<Vec<f64>> {
 pub fn write_matrix(path: &Path, matrix: &Coordinates) -> Result<()> {
     let mut out = Out::to(path)?;
     out.text("%%MatrixMarket matrix coordinate real general\n");
-    out.int(matrix.rows).int(matrix.columns).int(matrix.entries.len()).end();
+    out.int(matrix.rows)
+        .int(matrix.columns)
+        .int(matrix.entries.len())
+        .end();
     for (row, column, value) in &matrix.entries {
         out.int(row + 1).int(column + 1).float(*value).end();
     }
@@ -99,25 +104,28 @@ fn matrix(path: &Path, data: &[u8]) -> Result<Coordinates> {
 }
 
 fn header(scan: &mut Scan<'_>) -> Result<Header> {
+    let start = scan.clone();
     let line = String::from_utf8_lossy(scan.line()).to_ascii_lowercase();
     let words: Vec<&str> = line.split_whitespace().collect();
     let ["%%matrixmarket", "matrix", layout, field, symmetry] = words[..] else {
         let what = "the first line is not a header of Matrix Market";
-        return Err(scan.error_with(what, REMEDY));
+        return Err(start.error_with(what, REMEDY));
     };
     let is_array = match layout {
         "coordinate" => false,
         "array" => true,
-        other => return Err(scan.error_with(format!("the layout `{other}` is not known"), REMEDY)),
+        other => return Err(start.error_with(format!("the layout `{other}` is not known"), REMEDY)),
     };
     if !matches!(field, "real" | "integer" | "double") {
-        return Err(scan.error_with(format!("entries are `{field}`, and must be real"), REMEDY));
+        return Err(start.error_with(format!("entries are `{field}`, and must be real"), REMEDY));
     }
     let mirrored = match symmetry {
         "general" => None,
         "symmetric" => Some(1.0),
         "skew-symmetric" => Some(-1.0),
-        other => return Err(scan.error_with(format!("the symmetry `{other}` is not known"), REMEDY)),
+        other => {
+            return Err(start.error_with(format!("the symmetry `{other}` is not known"), REMEDY));
+        }
     };
     Ok(Header { is_array, mirrored })
 }
@@ -130,7 +138,12 @@ fn size(scan: &mut Scan<'_>, of: &str) -> Result<usize> {
     }
 }
 
-fn sparse(scan: &mut Scan<'_>, header: &Header, rows: usize, columns: usize) -> Result<Coordinates> {
+fn sparse(
+    scan: &mut Scan<'_>,
+    header: &Header,
+    rows: usize,
+    columns: usize,
+) -> Result<Coordinates> {
     // The shortest entry is `1 1 0` and the end of its line.
     let count = scan.count("entries", 6)?;
     let doubled = if header.mirrored.is_some() { 2 } else { 1 };
@@ -148,7 +161,11 @@ fn sparse(scan: &mut Scan<'_>, header: &Header, rows: usize, columns: usize) -> 
         }
     }
     ended(scan, count)?;
-    Ok(Coordinates { rows, columns, entries })
+    Ok(Coordinates {
+        rows,
+        columns,
+        entries,
+    })
 }
 
 fn dense(scan: &mut Scan<'_>, header: &Header, rows: usize, columns: usize) -> Result<Coordinates> {
@@ -165,7 +182,11 @@ fn dense(scan: &mut Scan<'_>, header: &Header, rows: usize, columns: usize) -> R
         entries.push((row as u32, column as u32, finite(scan)?));
     }
     ended(scan, count)?;
-    Ok(Coordinates { rows, columns, entries })
+    Ok(Coordinates {
+        rows,
+        columns,
+        entries,
+    })
 }
 
 /// A number from 1, counted from 0.
@@ -189,7 +210,9 @@ fn finite(scan: &mut Scan<'_>) -> Result<f64> {
 fn ended(scan: &mut Scan<'_>, count: usize) -> Result<()> {
     match scan.word() {
         None => Ok(()),
-        Some(_) => Err(scan.error(format!("there is more than the {count} entries that are declared"))),
+        Some(_) => Err(scan.error(format!(
+            "there is more than the {count} entries that are declared"
+        ))),
     }
 }
 
@@ -206,7 +229,11 @@ mod tests {
         let text = "%%MatrixMarket matrix coordinate real symmetric\n% a comment\n\n2 2 2\n1 1 2.5\n2 1 -1e0\n";
         let found = read(text).unwrap();
         assert_eq!(found.entries, [(0, 0, 2.5), (1, 0, -1.0), (0, 1, -1.0)]);
-        let skew = read(&text.replace("symmetric", "skew-symmetric").replace("1 1 2.5", "2 1 2.5"));
+        let skew = read(
+            &text
+                .replace("symmetric", "skew-symmetric")
+                .replace("1 1 2.5", "2 1 2.5"),
+        );
         assert_eq!(skew.unwrap().entries[1], (0, 1, -2.5));
     }
 
@@ -217,15 +244,28 @@ mod tests {
             ("2 2 1\n3 1 1.0\n", "line 3: the row 3 is not one of 1 to 2"),
             ("2 2 1\n1 0 1.0\n", "line 3: the column 0"),
             ("2 2 1\n1 1 nan\n", "line 3: an entry is NaN"),
-            ("2 2 1\n1 1 1\n2 2 2\n", "line 4: there is more than the 1 entries"),
+            (
+                "2 2 1\n1 1 1\n2 2 2\n",
+                "line 4: there is more than the 1 entries",
+            ),
             ("2 2 900000000\n1 1 1\n", "line 2"),
         ] {
             let error = read(&(head.to_owned() + text)).unwrap_err().to_string();
             assert!(error.contains(told), "{text:?}: {error}");
         }
         let complex = read("%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1 0\n");
-        assert!(complex.unwrap_err().to_string().contains("must be real"));
-        assert!(read("1 1 1\n").unwrap_err().to_string().contains("not a header"));
+        assert!(
+            complex
+                .unwrap_err()
+                .to_string()
+                .contains("line 1: entries are `complex`, and must be real")
+        );
+        assert!(
+            read("1 1 1\n")
+                .unwrap_err()
+                .to_string()
+                .contains("line 1: the first line is not a header")
+        );
     }
 
     #[test]
@@ -233,7 +273,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [a, b] = ["A.mtx", "b.mtx"].map(|name| folder.path().join(name));
         let entries = vec![(0, 1, 0.1 + 0.2), (1, 0, -1e-300)];
-        let matrix = Coordinates { rows: 2, columns: 2, entries };
+        let matrix = Coordinates {
+            rows: 2,
+            columns: 2,
+            entries,
+        };
         write_matrix(&a, &matrix).unwrap();
         write_vector(&b, &[1.0 / 3.0, -2.0]).unwrap();
         assert_eq!(read_matrix(&a).unwrap(), matrix);
