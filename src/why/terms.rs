@@ -33,9 +33,12 @@ pub struct OfTerm {
     pub a: Option<f64>,
 }
 
+/// Terms in the language of forms, each with how far-fetched it is.
+type Texts = Vec<(String, usize)>;
+
 /// Own terms on the rows of one field.
 struct Terms {
-    texts: Vec<(String, usize)>,
+    texts: Texts,
     columns: Vec<Column>,
 }
 
@@ -114,8 +117,8 @@ struct Space {
     own: Vec<u32>,
     /// What the own dofs are times those of the rows.
     scale: Vec<f64>,
-    bilinear: Vec<(String, usize)>,
-    linear: Vec<(String, usize)>,
+    bilinear: Texts,
+    linear: Texts,
 }
 
 impl Space {
@@ -203,7 +206,7 @@ impl Space {
         let each = || self.rows.iter().zip(&self.own).zip(&self.scale);
         each().for_each(|((row, dof), scale)| own[*dof as usize] = scale * w[*row]);
         let all = self.bilinear.iter().chain(&self.linear).cloned();
-        let texts: Vec<(String, usize)> = all.skip(which.start).take(which.len()).collect();
+        let texts: Texts = all.skip(which.start).take(which.len()).collect();
         let columns = which.map(|k| {
             let state = State {
                 u: &own,
@@ -325,13 +328,9 @@ fn told(terms: &Terms, name: &str, more: &[f64], whole: &[f64]) -> Vec<OfTerm> {
 }
 
 /// Bilinear and linear terms, each with how far-fetched it is.
-fn texts(
-    dim: usize,
-    is_vector: bool,
-    groups: &[&str],
-) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
-    let mut bilinear: Vec<(String, usize)> = Vec::new();
-    let mut linear: Vec<(String, usize)> = Vec::new();
+fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Texts, Texts) {
+    let mut bilinear: Texts = Vec::new();
+    let mut linear: Texts = Vec::new();
     let dx = |text: &str, rank: usize| (format!("{text}*dx"), rank);
     let axes = || 0..dim;
     if is_vector {
@@ -387,11 +386,7 @@ fn texts(
 }
 
 /// The same of lowest-order Raviart–Thomas, or else Nédélec, elements.
-fn of_moments(
-    dim: usize,
-    is_normal: bool,
-    groups: &[&str],
-) -> (Vec<(String, usize)>, Vec<(String, usize)>) {
+fn of_moments(dim: usize, is_normal: bool, groups: &[&str]) -> (Texts, Texts) {
     let mut bilinear = vec![("dot(u, v)*dx".to_owned(), 0)];
     bilinear.push(match (is_normal, dim) {
         (true, _) => ("div(u)*div(v)*dx".to_owned(), 0),
@@ -399,7 +394,7 @@ fn of_moments(
         (false, _) => ("dot(curl(u), curl(v))*dx".to_owned(), 0),
     });
     bilinear.extend((0..dim).map(|k| (format!("u[{k}]*v[{k}]*dx"), 3)));
-    let mut linear: Vec<(String, usize)> = (0..dim).map(|k| (format!("v[{k}]*dx"), 0)).collect();
+    let mut linear: Texts = (0..dim).map(|k| (format!("v[{k}]*dx"), 0)).collect();
     if dim == 2 {
         bilinear.push(("(u[0]*v[1] - u[1]*v[0])*dx".into(), 2));
     }
@@ -420,6 +415,6 @@ fn of_moments(
 }
 
 /// The same of piecewise constants.
-fn of_constants() -> (Vec<(String, usize)>, Vec<(String, usize)>) {
+fn of_constants() -> (Texts, Texts) {
     (vec![("u*v*dx".into(), 0)], vec![("v*dx".into(), 0)])
 }

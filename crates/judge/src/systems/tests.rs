@@ -164,7 +164,7 @@ fn constraints_are_equal_however_they_are_kept() {
 fn signs_and_scalings_of_moments_are_taken_out() {
     let mut a = rod(8, 1.0, 1.0, &same);
     a.dofs.values = Some(vec![0.0; 9]);
-    let scale = |k: usize| if k % 2 == 0 { -1.0 } else { 0.25 };
+    let scale = |k: usize| if k.is_multiple_of(2) { -1.0 } else { 0.25 };
     let mut b = edited(&a, |i, j, v| v * scale(i) * scale(j));
     for k in 0..9 {
         b.load[k] *= scale(k);
