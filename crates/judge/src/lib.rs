@@ -43,8 +43,8 @@ mod series;
 mod sets;
 mod spectrum;
 mod supermesh;
-mod up_to;
 pub mod systems;
+mod up_to;
 mod view;
 
 pub use align::align;

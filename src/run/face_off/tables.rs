@@ -286,7 +286,6 @@ impl Reader {
         let spectra = file.spectra.into_iter();
         let spectra = spectra.map(|(name, table)| self.spectrum(name, table, &codes));
         let spectra = spectra.collect::<Result<Vec<_>>>()?;
-        if fields.is_empty() && numbers.is_empty() && spectra.is_empty() {
         // Where a code has a system, that of the form is compared with it.
         let has_system = codes.iter().any(|code| code.files().system.is_some());
         for code in &mut codes {
@@ -298,7 +297,7 @@ impl Reader {
             .iter()
             .filter(|code| code.files().system.is_some())
             .count();
-        if fields.is_empty() && numbers.is_empty() && with_system < 2 {
+        if fields.is_empty() && numbers.is_empty() && spectra.is_empty() && with_system < 2 {
             let what = "nothing is compared".to_owned();
             return Err(self.refuse(
                 "fields",
