@@ -9,7 +9,7 @@ use crate::common::{assert_valid, folder, run, write};
 /// -Δu = factor · 2π² sin(πx) sin(πy) on the unit square by linear triangles with diagonals of either kind; writes u and its integral, which
 /// is 4/π² for the factor 1.
 const POISSON: &str = r#"
-
+include "getARGV.idp"
 int n = getARGV("-n", 4), flags = getARGV("-flags", 0);
 real factor = getARGV("-factor", 1.);
 string out = getARGV("-out", ".");

@@ -207,7 +207,8 @@ pub(super) fn judge(
         meetings = meetings::of_field(players, rungs, asked, &of, &verdict)?;
         // What the limits say counts, and not the error that is left on the finest level.
         for pair in &mut pairs_found {
-            let is_settled = meetings.iter().any(|of| is_of(pair, &of.a, &of.b));
+            let mut of_pair = meetings.iter().filter(|of| is_of(pair, &of.a, &of.b));
+            let is_settled = of_pair.any(|of| of.verdict != Verdict::Disagree);
             let differs = pair.compared.field.verdict == Verdict::Disagree;
             pair.judged &= !(is_settled && differs);
         }

@@ -26,6 +26,7 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
         let against = exact.zip(asked.exact_rtol).filter(|_| is_finest);
         let values = all[level].clone();
         let mut told: Vec<(Verdict, String)> = Vec::new();
+        let mut is_settled = false;
         for (player, left) in players.iter().zip(&rung.left) {
             let name = asked.name_in(player.code.name());
             match left.as_ref().map(|left| left.numbers.get(name)) {
@@ -52,12 +53,16 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
             let (Some(a), Some(b)) = (values.get(name_a), values.get(name_b)) else {
                 continue;
             };
-            // What the limits say counts, and not the error that is left on the finest level.
-            if meetings.iter().any(|of| &of.a == name_a && &of.b == name_b) {
-                continue;
-            }
             let (far, scale) = ((a - b).abs(), a.abs().max(b.abs()));
             if is_compared && far > (asked.rtol * scale).max(asked.atol) {
+                // What the limits say counts, and not the error that is left on the finest level.
+                let mut of_pair = meetings
+                    .iter()
+                    .filter(|of| &of.a == name_a && &of.b == name_b);
+                if of_pair.any(|of| of.verdict != Verdict::Disagree) {
+                    is_settled = true;
+                    continue;
+                }
                 let far = apart(far, scale);
                 told.push((
                     Verdict::Disagree,
@@ -77,7 +82,6 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
             }
         }
         let verdict = told.iter().map(|(verdict, _)| *verdict).max();
-        let is_settled = is_finest && meetings.len() == pairs(players).len();
         let judged = is_compared && !is_settled || against.is_some() || !told.is_empty();
         let alone = if values.len() < 2 || !judged {
             Verdict::Undetermined

@@ -208,16 +208,13 @@ mod tests {
     fn errors_name_the_line_and_the_column() {
         for (text, told) in [
             ("y,z\n0,0\n", "no column `x`"),
-            (
-                "x,colour\n0,0\n",
-                "line 1: the column `colour` is not known",
-            ),
+            ("x,colour\n0,0\n", ":1: the column `colour` is not known"),
             ("x,x\n0,0\n", "`x` is there twice"),
             (
                 "x,y\n0,0\n1,nan\n",
-                "line 3: `nan` in column `y` is not a finite number",
+                ":3: `nan` in column `y` is not a finite number",
             ),
-            ("x,component\n0,3\n", "line 2: the component `3`"),
+            ("x,component\n0,3\n", ":2: the component `3`"),
         ] {
             let error = read(text).unwrap_err().to_string();
             assert!(error.contains(told), "{text:?}: {error}");

@@ -241,14 +241,14 @@ mod tests {
     fn errors_name_the_line() {
         let head = "%%MatrixMarket matrix coordinate real general\n";
         for (text, told) in [
-            ("2 2 1\n3 1 1.0\n", "line 3: the row 3 is not one of 1 to 2"),
-            ("2 2 1\n1 0 1.0\n", "line 3: the column 0"),
-            ("2 2 1\n1 1 nan\n", "line 3: an entry is NaN"),
+            ("2 2 1\n3 1 1.0\n", ":3: the row 3 is not one of 1 to 2"),
+            ("2 2 1\n1 0 1.0\n", ":3: the column 0"),
+            ("2 2 1\n1 1 nan\n", ":3: an entry is NaN"),
             (
                 "2 2 1\n1 1 1\n2 2 2\n",
-                "line 4: there is more than the 1 entries",
+                ":4: there is more than the 1 entries",
             ),
-            ("2 2 900000000\n1 1 1\n", "line 2"),
+            ("2 2 900000000\n1 1 1\n", ":2: "),
         ] {
             let error = read(&(head.to_owned() + text)).unwrap_err().to_string();
             assert!(error.contains(told), "{text:?}: {error}");
@@ -258,13 +258,13 @@ mod tests {
             complex
                 .unwrap_err()
                 .to_string()
-                .contains("line 1: entries are `complex`, and must be real")
+                .contains(":1: entries are `complex`, and must be real")
         );
         assert!(
             read("1 1 1\n")
                 .unwrap_err()
                 .to_string()
-                .contains("line 1: the first line is not a header")
+                .contains(":1: the first line is not a header")
         );
     }
 
