@@ -134,7 +134,12 @@ pub(super) fn of_field(
             let code = |i| if i == 0 { a } else { b };
             norms([code(i), k], [code(j), l]).map_or(f64::NAN, |[far, _]| far)
         };
-        let meeting = Meeting::new([&of_a, &of_b], scale, asked.rtol, &distance);
+        let meeting = Meeting::new(
+            [&of_a, &of_b],
+            scale,
+            (asked.rtol * scale).max(asked.atol),
+            &distance,
+        );
         cancel::check()?;
         found.push(OfMeeting::new(name_a, name_b, rungs, meeting, verdict));
     }
@@ -167,7 +172,12 @@ pub(super) fn of_number(
         let distance = |[i, k]: [usize; 2], [j, l]: [usize; 2]| (paths[i][k] - paths[j][l]).abs();
         let last = sizes.len() - 1;
         let scale = paths[0][last].abs().max(paths[1][last].abs());
-        let meeting = Meeting::new([&sizes, &sizes], scale, asked.rtol, &distance);
+        let meeting = Meeting::new(
+            [&sizes, &sizes],
+            scale,
+            (asked.rtol * scale).max(asked.atol),
+            &distance,
+        );
         let is_near = distance([0, last], [1, last]) <= (asked.rtol * scale).max(asked.atol);
         let finest = if is_near {
             Verdict::Agree
