@@ -174,8 +174,13 @@ fn claim(of: &FaceOffOutcome) -> Text {
         ([_], Some(order)) if !has_differing_pair(of) => {
             text!("**{order.found.field}** {}", observed(order))
         }
-        ([one], _) if is_untold(of) => {
-            text!("**{one}** cannot be told to converge on these meshes")
+        (all, _) if is_untold(of) => {
+            let mut adds = meetings(of).filter_map(|(_, of)| of.found.add.as_ref());
+            let add = adds.next().map(|add| text!("; add {add}"));
+            text!(
+                "**{}** cannot be told to converge on these meshes{add}",
+                all.join(", ")
+            )
         }
         (all, _) => {
             let does = match (of.verdict, all.len()) {

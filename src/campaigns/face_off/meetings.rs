@@ -17,6 +17,9 @@ use faceoff_mesh::field::Results;
 /// So many of the finest levels are looked at.
 const LEVELS: usize = 4;
 
+/// Distances, with the size of what they are between, by code and level of either.
+type Known = BTreeMap<[[usize; 2]; 2], Option<[f64; 2]>>;
+
 /// Two codes on finer and finer levels.
 #[derive(Debug, Serialize)]
 pub struct OfMeeting {
@@ -92,7 +95,7 @@ pub(super) fn of_field(
     let all: Vec<Vec<Option<Results>>> = (0..players.len())
         .map(|k| rungs.iter().map(|rung| of(k, rung)).collect())
         .collect();
-    let known: RefCell<BTreeMap<[[usize; 2]; 2], Option<[f64; 2]>>> = RefCell::default();
+    let known: RefCell<Known> = RefCell::default();
     let norms = |a: [usize; 2], b: [usize; 2]| -> Option<[f64; 2]> {
         let key = [a.min(b), a.max(b)];
         if let Some(known) = known.borrow().get(&key) {
