@@ -4,7 +4,17 @@ import sys
 
 import meshio
 import numpy as np
-from skfem import Basis, BilinearForm, ElementTriP1, ElementVector, FacetBasis, LinearForm, MeshTri, condense, solve
+from skfem import (
+    Basis,
+    BilinearForm,
+    ElementTriP1,
+    ElementVector,
+    FacetBasis,
+    LinearForm,
+    MeshTri,
+    condense,
+    solve,
+)
 from skfem.helpers import ddot, div, sym_grad
 
 read = meshio.read(sys.argv[1])

@@ -6,14 +6,27 @@ import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
 import ufl
+from compat import read_msh
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix, assemble_vector
 from mpi4py import MPI
-from ufl import (FacetNormal, Identity, SpatialCoordinate, TestFunctions, TrialFunctions, as_vector, div, dot, dx, grad,
-                 inner, rot, sym, tr)
-
-from compat import read_msh
 from system import dofs, write_dofs, write_system
+from ufl import (
+    FacetNormal,
+    Identity,
+    SpatialCoordinate,
+    TestFunctions,
+    TrialFunctions,
+    as_vector,
+    div,
+    dot,
+    dx,
+    grad,
+    inner,
+    rot,
+    sym,
+    tr,
+)
 
 mesh, boundary = read_msh(sys.argv[1], MPI.COMM_WORLD)
 out, problem, fault = sys.argv[2], sys.argv[3], int(sys.argv[4])
@@ -111,7 +124,7 @@ for k, name in enumerate(names):
     own, rows = (V, np.arange(len(b))) if len(names) == 1 else V.sub(k).collapse()
     w = fem.Function(own)
 
-    def interpolate(f):
+    def interpolate(f, w=w):
         w.interpolate(f)
         return w.x.array.copy()
 

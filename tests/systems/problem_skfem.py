@@ -6,10 +6,17 @@ import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
 import skfem
-from skfem import (BilinearForm, ElementTriN1, ElementTriP0, ElementTriP1, ElementTriP2, ElementTriRT0, ElementVector,
-                   LinearForm)
-from skfem.helpers import ddot, div, dot, grad, sym_grad, trace, transpose
-
+from skfem import (
+    BilinearForm,
+    ElementTriN1,
+    ElementTriP0,
+    ElementTriP1,
+    ElementTriP2,
+    ElementTriRT0,
+    ElementVector,
+    LinearForm,
+)
+from skfem.helpers import ddot, div, dot, grad, sym_grad, transpose
 from system import dofs, write_dofs, write_system
 
 mesh = skfem.Mesh.load(sys.argv[1])
@@ -123,7 +130,7 @@ for name, basis in bases.items():
         # Moments on facets by their values for constant fields: the normal or tangential component at the middle, times the length, with the sign of the basis.
         mass = BilinearForm(lambda u, v, w: dot(u, v)).assemble(basis)
         solve = scipy.sparse.linalg.factorized(mass.tocsc())
-        interpolate = lambda f: solve(LinearForm(lambda v, w: dot(f(w.x.reshape(2, -1)).reshape(w.x.shape), v)).assemble(basis))
+        interpolate = lambda f, solve=solve, basis=basis: solve(LinearForm(lambda v, w: dot(f(w.x.reshape(2, -1)).reshape(w.x.shape), v)).assemble(basis))
         # A linear field is none of this space: its moment is that of a constant at the middle of the facet.
         middle = mesh.p[:, mesh.facets].mean(1)
         d = np.array([interpolate(lambda x, k=k: np.array([np.ones(x.shape[1]) * (i == k) for i in range(2)])) for k in range(2)])
@@ -131,7 +138,7 @@ for name, basis in bases.items():
         at[basis.dofs.facet_dofs[0]] = middle.T
     else:
 
-        def interpolate(f):
+        def interpolate(f, basis=basis, size=size):
             v = np.asarray(f(basis.doflocs))
             if size == 1:
                 return v
