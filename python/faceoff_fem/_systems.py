@@ -58,6 +58,14 @@ def compare_systems(a, b, *, rtol=1e-12, volume=None):
     A is a matrix of SciPy, PETSc, dolfinx or NGSolve; b an array or a vector of these; dofs a dictionary of columns as in a table of dofs
     (``x``, ``y``, ``z``, ``field``, ``component``, ``dx``, ``dy``, ``dz``, ``value``), or a space of dolfinx, a basis of scikit-fem or a space of
     NGSolve, of which the columns are made by interpolation. With the volume of the domain the constants of materials are found.
+
+    >>> import numpy as np
+    >>> import scipy.sparse
+    >>> A = scipy.sparse.csr_matrix([[2.0, -1.0], [-1.0, 2.0]])
+    >>> dofs = {"x": np.array([0.0, 1.0])}
+    >>> found = compare_systems((A, np.ones(2), dofs), (A, np.ones(2), dofs))
+    >>> found.agree
+    True
     """
     first, second = _system("a", a), _system("b", b)
     return Systems(*_core.compare_systems(first, second, rtol, volume))

@@ -24,6 +24,8 @@ const NOTHING: f64 = 1e-8;
 const QUICK: usize = 20_000;
 /// Fewer values are explained by anything.
 const FEWEST: usize = 8;
+/// What a problem leaves open changes at least one value in so many; fewer are not worth a copy of the field.
+const SPARSE: usize = 1000;
 
 /// How two results are compared as they are.
 type Compare<'a> = &'a dyn Fn(&Results, &Results, &Settings) -> Result<Comparison>;
@@ -474,7 +476,9 @@ pub(crate) fn look_for_open(
     for k in 0..comparison.fields.len() {
         let of = &comparison.fields[k];
         let is_plain = of.field.verdict == Verdict::Disagree && of.field.reason.is_none();
-        if !is_plain || !settings.up_to(&of.field.field).is_empty() || of.field.faces < FEWEST {
+        let is_everywhere = of.field.beyond.saturating_mul(SPARSE) >= of.field.faces;
+        let is_asked = !settings.up_to(&of.field.field).is_empty();
+        if !is_plain || !is_everywhere || is_asked || of.field.faces < FEWEST {
             continue;
         }
         let name = of.field.field.clone();
