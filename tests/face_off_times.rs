@@ -356,3 +356,23 @@ fn rows_and_headlines_say_what_was_seen() {
     assert_eq!(ran.code, Some(2), "{}", ran.stdout);
     assert!(ran.stdout.contains("give atol"), "{}", ran.stdout);
 }
+
+/// A wrong time in the middle is found on several levels too, where the codes share the problem only: limits are those of results of one time.
+#[test]
+fn limits_hide_no_time() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "series.py", SERIES);
+    let all = "0.1,0.2,0.3";
+    let of = |words: &[&str]| {
+        let (a, b) = (series("a", &[all, "-1", "1"]), series("b", words));
+        format!(
+            "name = \"x\"\n[mesh]\ngenerator = \"union-jack\"\nn = [2, 4, 8]\n{a}{b}[fields.u]\nsame = \"problem\"\nrtol = 0.1\n"
+        )
+    };
+    let (ran, told) = verify(at, &of(&[all, "-1", "1.0"]), &[]);
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert!(told["fields"][0]["meetings"].is_null());
+    let (ran, _) = verify(at, &of(&[all, "1", "1.5"]), &[]);
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+}

@@ -42,7 +42,7 @@ const STOKES: Faults = [
     &["loads of `u` differ", "`x*v[0]*dx`", "`y*v[1]*dx`"],
     &[
         "constrained rows have other values, on `left`|loads differ in|loads of `u` differ in",
-        "times 0.5|times 2|0.50 of the largest|0.49 of the largest",
+        "times 0.5|times 2|the loads differ in 7 rows, between (0.1667, 0)",
     ],
     &["constrained are 24 rows only in"],
     &["of `p` differ", "-0.001|0.001 times `u*v*dx`"],
@@ -103,10 +103,16 @@ const CONVECTION: Faults = [
     &["loads differ", "`v*ds(top)`"],
     &[
         "constrained rows have other values, on `left`|loads differ in|loads of `u` differ in",
-        "times 0.5|times 2|0.50 of the largest|0.49 of the largest",
+        "times 0.5|times 2|the loads differ in 7 rows, between (0.1667, 0)",
     ],
     &["constrained are 7 rows only in"],
 ];
+
+/// Copies what hides the differences between releases of dolfinx.
+fn add_compat(folder: &Path) {
+    let name = "compat.py";
+    fs::copy(source("examples/blank").join(name), folder.join(name)).unwrap();
+}
 
 /// Runs a problem with all faults, and looks at every sentence.
 fn told(problem: &str, faults: &Faults, codes: [(&str, [&str; 2], &str, &str); 2]) {
@@ -115,6 +121,7 @@ fn told(problem: &str, faults: &Faults, codes: [(&str, [&str; 2], &str, &str); 2
         let entry = entry.unwrap();
         fs::copy(entry.path(), at.path().join(entry.file_name())).unwrap();
     }
+    add_compat(at.path());
     let table = |(name, program, mesh, fault): (&str, [&str; 2], &str, &str)| {
         let words: Vec<&str> = match name {
             "freefem" => vec![
@@ -229,9 +236,10 @@ faults_are_named! {
 #[test]
 fn the_system_of_a_form_is_compared_with_that_of_a_code() {
     let at = folder();
-    for name in ["problem.py", "system.py", "compat.py"] {
+    for name in ["problem.py", "system.py"] {
         fs::copy(source("tests/systems").join(name), at.path().join(name)).unwrap();
     }
+    add_compat(at.path());
     let verify = |fault: usize| {
         let text = format!(
             "name = \"own\"\n[mesh]\ngenerator = \"union-jack\"\nn = 6\n[spaces]\nu = \"P1\"\n[form]\n\

@@ -117,15 +117,6 @@ impl Given<'_> {
                 "its right-hand side has {count} rows, and the columns of its table {lengths:?}"
             )));
         }
-        let numbers = values
-            .iter()
-            .chain(&load)
-            .chain(dofs.at.iter().flatten())
-            .chain(dofs.direction.iter().flatten());
-        let mut numbers = numbers.chain(dofs.values.iter().flatten());
-        if numbers.any(|x| !x.is_finite()) {
-            return Err(refuse("it has a number that is not finite".into()));
-        }
         System::new(
             &self.name,
             Coordinates {

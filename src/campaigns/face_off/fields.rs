@@ -201,8 +201,10 @@ pub(super) fn judge(
         let is_of =
             |p: &OfPair, a: &str, b: &str| p.level == finest.level.label && p.a == a && p.b == b;
         let verdict = |a: &str, b: &str| {
-            let all = pairs_found.iter().filter(|p| is_of(p, a, b));
-            all.map(|p| p.compared.field.verdict).max()
+            let mut all = pairs_found.iter().filter(|p| is_of(p, a, b));
+            let only = all.next().map(|p| p.compared.field.verdict);
+            // Of several times each is judged by itself.
+            only.filter(|_| all.next().is_none())
         };
         meetings = meetings::of_field(players, rungs, asked, &of, &verdict)?;
         // What the limits say counts, and not the error that is left on the finest level.

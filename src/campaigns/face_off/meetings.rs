@@ -80,7 +80,8 @@ fn next(rungs: &[Rung]) -> Option<String> {
     Some(format!("n = {}", (last as f64 * ratio) as usize))
 }
 
-/// Of fields: `of` extracts that of a code on a level, at the time that is judged; `finest` is how each two are judged there.
+/// Of fields: `of` extracts that of a code on a level, at the time that is judged; `finest` is how each two are judged on the finest
+/// level, if that is at one time.
 ///
 /// # Errors
 /// [`faceoff_mesh::error::Error::Ended`].

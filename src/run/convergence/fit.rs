@@ -79,6 +79,25 @@ pub(super) fn between([(x, y), (z, w)]: [(f64, f64); 2]) -> f64 {
     (y / w).ln() / (x / z).ln()
 }
 
+/// The p in an interval with which hᵖ - iᵖ is so many times iᵖ - jᵖ, for h > i > j; its upper end where no p in it is large enough, and none where
+/// all are too large or the ratio is not a number.
+pub(super) fn power([h, i, j]: [f64; 3], ratio: f64, least: f64, most: f64) -> Option<f64> {
+    let of = |p: f64| ((h / j).powf(p) - (i / j).powf(p)) / ((i / j).powf(p) - 1.0);
+    let (mut low, mut high) = (least, most);
+    if !(ratio >= of(low)) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if of(middle) < ratio {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(low)
+}
+
 /// An order of convergence in h.
 #[derive(Debug, Serialize)]
 pub struct Order {

@@ -11,7 +11,7 @@
 
 use serde::Serialize;
 
-use super::fit::between;
+use super::fit::{between, power};
 use crate::text::{Number, Text, text};
 
 /// Where no tolerance is given, the limit must be below this part of the finest difference. Less cannot be told from right codes:
@@ -165,21 +165,10 @@ fn of_two_terms(levels: [(f64, f64); 3], p: f64, q: f64) -> f64 {
 /// The p > `least` with which a + b·hᵖ goes through all three levels.
 fn exponent(levels: [(f64, f64); 3], least: f64) -> Option<f64> {
     let [(h1, d1), (h2, d2), (h3, d3)] = levels;
-    let seen = (d1 - d2) / (d2 - d3);
-    let of = |p: f64| ((h1 / h3).powf(p) - (h2 / h3).powf(p)) / ((h2 / h3).powf(p) - 1.0);
-    let (mut low, mut high) = (least, 4.0 * least + 4.0);
-    if !(seen >= of(low) && seen <= of(high)) {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if of(middle) < seen {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    Some(low)
+    let most = 4.0 * least + 4.0;
+    let found = power([h1, h2, h3], (d1 - d2) / (d2 - d3), least, most)?;
+    // At the end of the range nothing was found.
+    Some(found).filter(|p| *p < most * (1.0 - 1e-12))
 }
 
 fn interval(levels: [(f64, f64); 3], theory: f64) -> [f64; 2] {
@@ -204,7 +193,7 @@ fn interval(levels: [(f64, f64); 3], theory: f64) -> [f64; 2] {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     const H: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
@@ -224,7 +213,7 @@ mod tests {
     }
 
     /// Numbers in [0, 1) from a seed.
-    fn random(seed: u64) -> impl FnMut() -> f64 {
+    pub(in crate::run::convergence) fn random(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;
         move || {
             state = state

@@ -11,6 +11,7 @@
 
 use serde::Serialize;
 
+use super::fit::power;
 use super::limit::Found;
 use crate::text::{Number, Text, text};
 
@@ -84,9 +85,11 @@ impl Course {
         let last = sizes.len().checked_sub(1)?;
         let step = |k: usize| distance([code, k], [code, k + 1]);
         let seen = |k: usize| {
-            observed(
+            power(
                 [sizes[k], sizes[k + 1], sizes[k + 2]],
                 step(k) / step(k + 1),
+                0.05,
+                12.0,
             )
         };
         if last < 2 || sizes.windows(2).any(|pair| !(pair[0] > pair[1])) {
@@ -120,10 +123,11 @@ impl Course {
         ];
         let between = norm(&between.map(|(k, c)| ([code, k], c)), distance);
         let other = moved * (factor(last - 1, order) - factor(last - 1, natural)).abs();
-        Some(Course {
+        let room = SAFE * (between + other + 0.1 * fine * moved);
+        room.is_finite().then_some(Course {
             order: Some(order),
             away: fine * moved,
-            room: SAFE * (between + other + 0.1 * fine * moved),
+            room,
             factor: fine,
             left: factor(last - 1, order.min(if last > 2 { 2.0 } else { 1.0 })) * moved,
         })
@@ -154,6 +158,9 @@ impl Meeting {
         ];
         let apart = norm(&points, distance);
         let finest = distance([0, last], [1, of_b]);
+        if !apart.is_finite() || !finest.is_finite() {
+            return meeting;
+        }
         // The errors of finite elements oscillate in each cell, so that extrapolated fields may say less than the finest ones.
         let rooms = [(apart, a.room + b.room), (finest, SAFE * (a.away + b.away))];
         let low = rooms
@@ -218,6 +225,11 @@ impl Meeting {
             _ => {
                 let wild = (0..2).filter(|k| self.courses[*k].is_none());
                 let wild: Vec<&str> = wild.map(|k| names[k]).collect();
+                if wild.is_empty() {
+                    return text!(
+                        "cannot be told to converge to each other: their results on neighbouring levels cannot be compared"
+                    );
+                }
                 let does = if wild.len() == 1 { "does" } else { "do" };
                 let wild = wild.join(" and ");
                 text!(
@@ -237,46 +249,19 @@ fn norm(of: &[([usize; 2], f64)], distance: Distance) -> f64 {
             .map(|(v, d)| c * d * distance(*u, *v).powi(2))
             .sum::<f64>();
     }
-    square.max(0.0).sqrt()
-}
-
-/// The p with which steps at falling sizes have this ratio; none where they do not fall so.
-fn observed([h, i, j]: [f64; 3], ratio: f64) -> Option<f64> {
-    let of = |p: f64| (h.powf(p) - i.powf(p)) / (i.powf(p) - j.powf(p));
-    let (mut low, mut high) = (0.05, 12.0);
-    if !(ratio >= of(low)) {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if of(middle) < ratio {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    Some(low)
+    // Unlike `max`, which would make 0 of what is not a number.
+    if square < 0.0 { 0.0 } else { square.sqrt() }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::limit::tests::random;
     use super::*;
 
     type Point = [f64; 3];
 
     fn far(a: &Point, b: &Point) -> f64 {
         (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
-    }
-
-    /// Numbers in [0, 1) from a seed.
-    fn random(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        }
     }
 
     fn of(paths: &[Vec<Point>; 2], rtol: f64) -> Meeting {
@@ -324,6 +309,32 @@ mod tests {
             of(&[still[..2].to_vec(), still[..2].to_vec()], 1.0).found,
             Found::Unknown
         );
+    }
+
+    /// A distance that is not known leaves everything open, whichever it is.
+    #[test]
+    fn what_cannot_be_compared_is_unknown() {
+        let sizes = [1.0, 0.5, 0.25];
+        let value =
+            |[code, k]: [usize; 2]| 1.0 + (code as f64 - 0.5) * 1e-5 * f64::powi(sizes[k], 2);
+        let all = [0, 1].map(|code| [0, 1, 2].map(|k| [code, k])).concat();
+        for (i, gap) in all.iter().enumerate() {
+            for other in &all[..i] {
+                let distance = |a: [usize; 2], b: [usize; 2]| {
+                    let is_gap = [a.min(b), a.max(b)] == [*gap.min(other), *gap.max(other)];
+                    if is_gap {
+                        f64::NAN
+                    } else {
+                        (value(a) - value(b)).abs()
+                    }
+                };
+                // The coarsest result of a code is not compared with the other code.
+                let is_used = gap[0] == other[0] || gap[1].min(other[1]) > 0;
+                let found = Meeting::new([&sizes, &sizes], 1.0, 1e-3, &distance);
+                let expected = if is_used { Found::Unknown } else { Found::Zero };
+                assert_eq!(found.found, expected, "{gap:?} {other:?}: {found:?}");
+            }
+        }
     }
 
     /// 200 pairs of right codes, whose errors have any orders, directions and second terms: none is apart. 200 with limits that differ by

@@ -62,7 +62,7 @@ impl System {
     /// Of the entries of A in any order, those of one place to be added.
     ///
     /// # Errors
-    /// Numbers of rows that do not fit each other; an empty system; a dof that vanishes for all constant fields.
+    /// Numbers of rows that do not fit each other, or that are not finite; an empty system; a dof that vanishes for all constant fields.
     pub fn new(name: &str, matrix: Coordinates, load: Vec<f64>, dofs: DofTable) -> Result<Self> {
         let refuse = |what: String, remedy: &str| Error::engine(name, what, remedy);
         let count = dofs.at.len();
@@ -72,6 +72,16 @@ impl System {
                 "its matrix is {rows} × {columns}, its right-hand side has {loads} rows, and its table {count} dofs"
             );
             return Err(refuse(what, "write one row of each per dof"));
+        }
+        let entries = matrix.entries.iter().map(|(.., a)| a);
+        let of_dofs = dofs.at.iter().chain(&dofs.direction).flatten();
+        let of_dofs = of_dofs.chain(dofs.values.iter().flatten());
+        if !entries.chain(&load).chain(of_dofs).all(|x| x.is_finite()) {
+            let what = "it has a number that is not finite".to_owned();
+            return Err(refuse(
+                what,
+                "see what the code assembled where that number is",
+            ));
         }
         if let Some(k) = dofs
             .direction

@@ -220,3 +220,30 @@ fn answers_are_put_into_each_other_s_system() {
     assert!(found.own[0] < 1e-15 && found.other[0] < 1e-15, "{found:?}");
     assert!(found.own[1] > 1e-3 && found.other[1] > 1e-3, "{found:?}");
 }
+
+/// A number that is none equals nothing, so that no system has one.
+#[test]
+fn what_is_not_finite_is_refused() {
+    let right = rod(4, 1.0, 0.0, &same);
+    let of = |edit: &dyn Fn(&mut Coordinates, &mut Vec<f64>, &mut DofTable)| {
+        let rows = (0..5).flat_map(|i| {
+            right
+                .matrix
+                .row(i)
+                .map(move |(j, a)| (i as u32, j as u32, a))
+        });
+        let mut matrix = Coordinates {
+            rows: 5,
+            columns: 5,
+            entries: rows.collect(),
+        };
+        let (mut load, mut dofs) = (right.load.clone(), right.dofs.clone());
+        edit(&mut matrix, &mut load, &mut dofs);
+        System::new("edited", matrix, load, dofs)
+    };
+    assert!(of(&|_, _, _| ()).is_ok());
+    assert!(of(&|matrix, _, _| matrix.entries[3].2 = f64::NAN).is_err());
+    assert!(of(&|_, load, _| load[1] = f64::INFINITY).is_err());
+    assert!(of(&|_, _, dofs| dofs.at[2][0] = f64::NAN).is_err());
+    assert!(of(&|_, _, dofs| dofs.values = Some(vec![f64::NAN; 5])).is_err());
+}
