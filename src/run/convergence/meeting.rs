@@ -217,7 +217,8 @@ impl Meeting {
                 )
             }
             (_, Some([_, high])) => {
-                let [high, bound] = [part(high), part(self.bound)].map(|x| Number::at_most(x, 2));
+                let high = Number::at_most(part(high), 2);
+                let bound = Number::new(part(self.bound), 2);
                 text!(
                     "cannot be told to converge to each other on these levels: their limits may be {high} of it apart, where {bound} is allowed; {add}"
                 )
