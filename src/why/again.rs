@@ -1,7 +1,8 @@
 //! What shows only when two codes run again: tolerances, the order of the mesh, linear solvers, the start.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
+use super::Change;
 use crate::engine::{self, Engine, unique};
 use crate::run::{RESIDUAL_TOLERANCE, Runner, Setup, Variation, tolerance};
 use crate::text::{Number, Text, text};
@@ -62,13 +63,18 @@ pub struct Diagnosis {
 #[derive(Debug, Clone, Serialize)]
 pub struct Ingredient {
     /// What was matched: tolerances, the order of the mesh, linear solvers, the start.
-    pub ingredient: String,
+    #[serde(rename = "ingredient", serialize_with = "of_change")]
+    pub change: Change,
     /// What it was set to.
     pub matched: String,
     /// The difference that is left, in the same units.
     pub left: f64,
     /// Is nothing but rounding left?
     pub accounts: bool,
+}
+
+fn of_change<S: Serializer>(change: &Change, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&change.of())
 }
 
 /// Two answers to a case that are not the same, whose difference no residual explains.
@@ -110,25 +116,25 @@ impl<'a> Again<'a> {
         let increment = 1e-14_f64.min(0.01 * stop.increment);
         let again = [
             (
-                "the tolerance",
+                Change::Tolerances,
                 format!("increments of at most {increment:e}"),
                 Variation::Increment(increment, 4),
             ),
             (
-                "the order of the mesh",
+                Change::Cells,
                 "the cells in reverse order for both codes".into(),
                 Variation::CellsReversed,
             ),
             (
-                "the quadrature of the load",
+                Change::Load,
                 "a constant f and no t in both codes".into(),
                 Variation::ConstantLoad,
             ),
         ];
-        for (ingredient, matched, variation) in again {
+        for (change, matched, variation) in again {
             cancel::check()?;
             if let Some(left) = self.run(engines, &variation)? {
-                self.add(ingredient, matched, left);
+                self.add(change, matched, left);
             }
         }
         let start = self.start()?;
@@ -147,9 +153,9 @@ impl<'a> Again<'a> {
         })
     }
 
-    fn add(&mut self, ingredient: &str, matched: String, left: f64) {
+    fn add(&mut self, change: Change, matched: String, left: f64) {
         self.found.push(Ingredient {
-            ingredient: ingredient.into(),
+            change,
             matched,
             left,
             accounts: left <= tolerance(&self.setup.discretisation.method),
@@ -183,7 +189,7 @@ impl<'a> Again<'a> {
         let judged = judge(a, b, tolerance(&self.setup.discretisation.method))?;
         let flips = judged.iter().find_map(|field| field.flips).unwrap_or(0);
         let (start, left) = start_decides(residuals, flips, distance(a, b));
-        self.add("the start", start.words().into(), left);
+        self.add(Change::Start, start.words().into(), left);
         Ok(start)
     }
 
@@ -207,7 +213,7 @@ impl<'a> Again<'a> {
                 let other = &self.answers[other];
                 let matched = format!("{solver} in the Rust engine, against {}", other.source);
                 let left = distance(&fields, other);
-                self.add("the linear solver", matched, left);
+                self.add(Change::Solver(solver), matched, left);
             }
         }
         Ok(())
@@ -224,13 +230,13 @@ impl Diagnosis {
     pub fn sentence(&self) -> Text {
         let all = self.ingredients.iter();
         let mut causes: Vec<&Ingredient> = all.clone().filter(|i| i.accounts).collect();
-        causes.dedup_by(|i, j| i.ingredient == j.ingredient);
+        causes.dedup_by(|i, j| i.change.of() == j.change.of());
         let difference = Number::new(self.difference, 2);
         if !causes.is_empty() {
             let causes = causes.into_iter().map(|i| {
                 text!(
                     "{} accounts for it: with {} the difference falls from {} to {}",
-                    &i.ingredient,
+                    i.change.of(),
                     &i.matched,
                     difference,
                     Number::new(i.left, 2)
@@ -249,7 +255,7 @@ impl Diagnosis {
                 none
             );
         }
-        let names = unique(all.map(|i| &*i.ingredient));
+        let names = unique(all.map(|i| i.change.of()));
         text!("{}, neither {}.", none, names.join(" nor "))
     }
 }

@@ -4,17 +4,21 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::diagnosis::Change;
 use super::fields::worst;
-use super::{Moved, OfField, OfPair};
+use super::{Apart, Moved, OfField, OfPair};
+use crate::engine::unique;
 use crate::run::{Label, Same};
 use crate::text::{Number, Text, text};
+use crate::why::Change;
 use faceoff_judge::Verdict;
 
 /// A move explains a difference if it is at least this part of it: what moves by less leaves most of the difference.
 const EXPLAINS: f64 = 0.5;
 /// The other code must move by less than this part of it, or nothing says which of the two it is.
 const STAYS: f64 = 0.1;
+
+/// What a parameter, changed by a tenth, moves a code by, for anything to be said of it.
+const MOVES: f64 = 1e-6;
 
 /// Two codes on the level that was run again.
 pub(super) struct Pair<'a> {
@@ -65,14 +69,31 @@ pub enum Cause {
     Rounding,
     /// Both move so with some change: nothing says which.
     Both,
+    /// A parameter, changed by a tenth, moves one code otherwise than the other.
+    Parameter {
+        /// Its name.
+        parameter: String,
+        /// The two codes.
+        codes: [String; 2],
+        /// How far it moves either.
+        moves: [f64; 2],
+        /// Do they agree with its value in the file, but not with another?
+        only_here: bool,
+    },
     /// Nothing that was changed moves either so.
     Unexplained,
     /// Nothing does, and the codes share the problem only.
     Discretisation,
 }
 
-/// Of all pairs of one field or number: first the code that differs from the others, which agree, then each pair that differs.
-pub(super) fn findings(of: &str, same: Same, pairs: &[Pair], moved: &[Moved]) -> Vec<Finding> {
+/// Of all pairs of one field or number: first the code that differs from the others, which agree, then each pair that differs, or
+/// that parameters move otherwise.
+pub(super) fn findings(
+    of: &str,
+    same: Same,
+    pairs: &[Pair],
+    (moved, apart): (&[Moved], &[Apart]),
+) -> Vec<Finding> {
     let odd = odd(pairs).map(|(code, agree)| {
         let words = odd_words(&code, &agree);
         Finding {
@@ -81,9 +102,110 @@ pub(super) fn findings(of: &str, same: Same, pairs: &[Pair], moved: &[Moved]) ->
             cause: Cause::Odd { code, agree },
         }
     });
-    let differ = pairs.iter().filter(|pair| !pair.agrees);
-    let each = differ.map(|pair| finding(of, same, pair, moved));
+    let each = pairs.iter().flat_map(|pair| {
+        let mut found = by_parameters(of, same, pair, moved, apart);
+        if !pair.agrees {
+            let by_order = finding(of, same, pair, moved);
+            let is_open = matches!(by_order.cause, Cause::Unexplained | Cause::Discretisation);
+            if !is_open || found.is_empty() {
+                found.insert(0, by_order);
+            }
+        }
+        found
+    });
     odd.into_iter().chain(each).collect()
+}
+
+/// The parameters that two codes take otherwise: each, changed by a tenth, moves one of them by more than the other, or takes
+/// apart what agrees with the value in the file.
+fn by_parameters(
+    of: &str,
+    same: Same,
+    pair: &Pair,
+    moved: &[Moved],
+    apart: &[Apart],
+) -> Vec<Finding> {
+    let codes = [pair.a, pair.b];
+    let of_code = |code: &'_ str| {
+        let rows = moved.iter().filter(move |m| m.of == of);
+        let code = code.to_owned();
+        rows.filter(move |m| m.code == code)
+    };
+    let names = moved.iter().filter_map(|m| match &m.change {
+        Change::Parameter(name, _) => Some(name),
+        _ => None,
+    });
+    let of_name = |name: &String| {
+        let is_of = |change: &Change| matches!(change, Change::Parameter(of, _) if of == name);
+        let by = codes.map(|code| {
+            let moves = of_code(code).filter(|m| is_of(&m.change));
+            moves.filter_map(|m| m.relative).max_by(f64::total_cmp)
+        });
+        let moves = [by[0]?, by[1]?];
+        let again = codes.map(|code| {
+            let again = of_code(code).find(|m| m.change == Change::Again);
+            again.and_then(|m| m.relative).unwrap_or(0.0)
+        });
+        let noise = 10.0 * again[0].max(again[1]);
+        let (least, most) = (moves[0].min(moves[1]), moves[0].max(moves[1]));
+        // Two discretisations feel a parameter alike, but for their errors.
+        let share = match same {
+            Same::Discretisation => 0.1,
+            Same::Problem => 0.5,
+        };
+        let takes_otherwise = most > MOVES.max(noise) && most - least > share * most;
+        let broken = apart
+            .iter()
+            .filter(|row| is_of(&row.change) && row.of == of);
+        let broken = broken.filter(|row| [&*row.a, &*row.b] == codes && !row.agrees && pair.agrees);
+        let broken = broken.max_by(|x, y| x.relative.total_cmp(&y.relative));
+        let broken = broken.filter(|row| row.relative > noise);
+        if !takes_otherwise && broken.is_none() {
+            return None;
+        }
+        let [a, b] = codes;
+        let words = match least <= f64::EPSILON.max(noise) {
+            _ if !takes_otherwise => text!("`{}` moves {} and {} to different answers", name, a, b),
+            true => {
+                let [stays, moves] = if moves[0] < moves[1] { [a, b] } else { [b, a] };
+                text!(
+                    "`{}` does not move {}; changed by a tenth, it moves {} by {} of it",
+                    name,
+                    stays,
+                    moves,
+                    Number::new(most, 2)
+                )
+            }
+            false => text!(
+                "`{}`, changed by a tenth, moves {} by {} of it and {} by {}",
+                name,
+                a,
+                Number::new(moves[0], 2),
+                b,
+                Number::new(moves[1], 2)
+            ),
+        };
+        let words = match broken {
+            None => words,
+            Some(row) => text!(
+                "{}: they agree with the value that it has, and with {} they are {} of it apart",
+                words,
+                row.change.words(),
+                Number::new(row.relative, 2)
+            ),
+        };
+        Some(Finding {
+            of: of.to_owned(),
+            cause: Cause::Parameter {
+                parameter: name.clone(),
+                codes: codes.map(str::to_owned),
+                moves,
+                only_here: broken.is_some(),
+            },
+            words: text!("`{}`: {}", of, words),
+        })
+    };
+    unique(names).into_iter().filter_map(of_name).collect()
 }
 
 /// The pairs of a field that are judged on one level, each at its worst time.
@@ -148,8 +270,11 @@ fn finding(of: &str, same: Same, pair: &Pair, moved: &[Moved]) -> Finding {
     let (a, b, apart) = (pair.a, pair.b, pair.apart);
     let most = |code: &str, is_rounding: bool| {
         let of_code = moved.iter().filter(|m| m.code == code && m.of == of);
-        let of_kind = of_code.filter(|m| (m.change == Change::Rounding) == is_rounding);
-        let moves = of_kind.filter_map(|m| Some((m.relative?, m.change)));
+        let of_kind = of_code.filter(|m| match m.change {
+            Change::Parameter(..) => false,
+            _ => (m.change == Change::Rounding) == is_rounding,
+        });
+        let moves = of_kind.filter_map(|m| Some((m.relative?, &m.change)));
         moves.max_by(|a, b| a.0.total_cmp(&b.0))
     };
     let [with_order, with_digits] = [false, true].map(|k| {
@@ -216,14 +341,26 @@ fn finding(of: &str, same: Same, pair: &Pair, moved: &[Moved]) -> Finding {
     }
 }
 
-fn fault(code: &str, (by, change): (f64, Change)) -> (Cause, Text) {
+fn fault(code: &str, (by, change): (f64, &Change)) -> (Cause, Text) {
+    let advice = match change {
+        Change::Tolerances => "it stops too early",
+        _ => {
+            "and must not: look for the fault there, or for what leaves the answer open, as the sign of a mode"
+        }
+    };
     let words = text!(
-        "{} moves by {} of it with {}, as far as the codes are apart, and must not: look for the fault there, or for what leaves the answer open, as the sign of a mode",
+        "{} moves by {} of it with {}, as far as the codes are apart{}{}",
         code,
         Number::new(by, 2),
-        change.words()
+        change.words(),
+        if *change == Change::Tolerances {
+            ": "
+        } else {
+            ", "
+        },
+        advice
     );
-    let code = code.to_owned();
+    let (code, change) = (code.to_owned(), change.clone());
     (Cause::Fault { code, change }, words)
 }
 
@@ -245,6 +382,7 @@ mod tests {
 
     const ROUNDING: Change = Change::Rounding;
     const CELLS: Change = Change::Cells;
+    const TOLERANCES: Change = Change::Tolerances;
 
     fn moved(code: &str, change: Change, by: f64) -> Moved {
         Moved {
@@ -264,7 +402,7 @@ mod tests {
             agrees,
         };
         let pairs: Vec<Pair> = pairs.iter().map(pair).collect();
-        let found = findings("u", same, &pairs, moved);
+        let found = findings("u", same, &pairs, (moved, &[]));
         assert!(
             found
                 .iter()
@@ -310,6 +448,68 @@ mod tests {
         let one = of(Same::Discretisation, &apart, &[moved("b", ROUNDING, 1.0)]);
         assert_eq!(one, [Cause::Sensitive { code: "b".into() }]);
         assert_eq!(of(Same::Problem, &apart, &[]), [Cause::Discretisation]);
+    }
+
+    #[test]
+    fn parameters_that_codes_take_otherwise_are_named() {
+        let nu = |percent| Change::Parameter("nu".into(), percent);
+        let of = |same, agrees, by: [f64; 2], apart: f64| {
+            let pair = Pair {
+                a: "a",
+                b: "b",
+                apart: 1e-3,
+                agrees,
+            };
+            let row = Apart {
+                a: "a".into(),
+                b: "b".into(),
+                change: nu(110),
+                of: "u".into(),
+                relative: apart,
+                agrees: apart < 1e-9,
+            };
+            let moved = [moved("a", nu(110), by[0]), moved("b", nu(90), by[1])];
+            let found = findings("u", same, &[pair], (&moved, &[row]));
+            let words: Vec<String> = found.iter().map(|f| f.words.to_string()).collect();
+            words.join("\n")
+        };
+        let all = Same::Discretisation;
+        assert_eq!(
+            of(all, false, [0.1, 0.1], 1.0),
+            "`u`: nothing that was changed explains why a and b differ by 1.0e-3 of it"
+        );
+        assert_eq!(
+            of(all, false, [0.1, 0.2], 1.0),
+            "`u`: `nu`, changed by a tenth, moves a by 1.0e-1 of it and b by 2.0e-1"
+        );
+        assert_eq!(
+            of(all, false, [0.1, 0.0], 1.0),
+            "`u`: `nu` does not move b; changed by a tenth, it moves a by 1.0e-1 of it"
+        );
+        assert_eq!(of(all, true, [0.1, 0.1], 0.0), "");
+        assert_eq!(
+            of(all, true, [0.1, 0.1], 0.05),
+            "`u`: `nu` moves a and b to different answers: they agree with the value that it has, and with `nu` times 1.1 they are \
+             5.0e-2 of it apart"
+        );
+        // Their errors are not the same.
+        assert_eq!(of(Same::Problem, true, [0.1, 0.13], 0.0), "");
+        assert!(of(Same::Problem, true, [0.1, 0.0], 0.0).contains("does not move b"));
+    }
+
+    #[test]
+    fn what_stops_too_early_is_told() {
+        let apart = [("a", "b", 1e-2, false)];
+        let found = of(
+            Same::Discretisation,
+            &apart,
+            &[moved("a", TOLERANCES, 1e-2)],
+        );
+        let fault = Cause::Fault {
+            code: "a".into(),
+            change: TOLERANCES,
+        };
+        assert_eq!(found, [fault]);
     }
 
     #[test]

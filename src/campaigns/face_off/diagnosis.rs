@@ -1,7 +1,7 @@
-//! What moves a code's answer that should not: the same once more, the order of cells and of vertices, threads, and parameters
-//! that are changed by a few units of rounding. What follows from it is in `cause`.
+//! What each code answers when one thing is changed: how far its answer moves, and, where a parameter was changed, how far codes are
+//! apart then. What follows from it is in `cause`.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::cause::{self, Finding, Pair};
 use super::fields::{Side, over_times};
@@ -9,12 +9,10 @@ use super::{OfField, OfNumber, Player, Rung, Running, pairs, run_how};
 use crate::engine::{How, Left, Progress, Task};
 use crate::run::{Asked, FaceOff, Label, Same, reverse_cells, reverse_points};
 use crate::text::Text;
+use crate::why::Change;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Mesh;
-
-/// Parameters are changed by so many units in the last place: more than the writing of a number loses.
-const ULPS: u64 = 4;
 
 /// What was changed, and what came of it.
 #[derive(Debug, Serialize)]
@@ -23,6 +21,8 @@ pub struct Diagnosis {
     pub n: Option<usize>,
     /// One for each code, change, and field or number.
     pub moved: Vec<Moved>,
+    /// One for each two codes, parameter that was changed, and field or number.
+    pub apart: Vec<Apart>,
     /// What it says of the differences, in sentences.
     pub findings: Vec<Text>,
     /// The same, by their kind.
@@ -44,57 +44,27 @@ pub struct Moved {
     pub reason: Option<String>,
 }
 
-/// One thing that an answer should not depend on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Change {
-    /// Nothing: the same once more.
-    Again,
-    /// The order of the cells.
-    Cells,
-    /// The order of the vertices.
-    Vertices,
-    /// The number of threads.
-    Threads,
-    /// The last digits of the parameters.
-    Rounding,
+/// How far two codes are apart after both were run with other parameters.
+#[derive(Debug, Serialize)]
+pub struct Apart {
+    /// The first code.
+    pub a: String,
+    /// The second.
+    pub b: String,
+    /// What was changed, in JSON in words.
+    pub change: Change,
+    /// The field or the number, by name.
+    pub of: String,
+    /// Relative to the largest value.
+    pub relative: f64,
+    /// Are they within its tolerance?
+    pub agrees: bool,
 }
 
-impl Serialize for Change {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.words())
-    }
-}
-
-impl Change {
-    const ALL: [Change; 5] = [
-        Change::Again,
-        Change::Cells,
-        Change::Vertices,
-        Change::Threads,
-        Change::Rounding,
-    ];
-
-    /// `cells in reverse order`
-    pub fn words(self) -> &'static str {
-        match self {
-            Change::Again => "run once more",
-            Change::Cells => "cells in reverse order",
-            Change::Vertices => "vertices in reverse order",
-            Change::Threads => "in one thread",
-            Change::Rounding => "parameters changed by 4 units in the last place",
-        }
-    }
-
-    /// As the end of a folder's name.
-    fn suffix(self) -> &'static str {
-        match self {
-            Change::Again => "-again",
-            Change::Cells => "-cells",
-            Change::Vertices => "-vertices",
-            Change::Threads => "-threads",
-            Change::Rounding => "-rounding",
-        }
-    }
+/// What the codes leave with one thing changed; none of those that do not have that thing.
+struct Rerun {
+    change: Change,
+    left: Vec<Option<Result<Left, String>>>,
 }
 
 /// Runs every code again, with one thing changed at a time, on the coarsest level where codes differ, or on the coarsest.
@@ -122,80 +92,100 @@ pub(super) fn diagnose(
     };
     let rung = rungs.iter().find(differs).unwrap_or(&rungs[0]);
     let mesh = of.mesh(rung.level.n)?;
-    let mut moved = Vec::new();
-    for (player, left) in players.iter().zip(&rung.left) {
-        let (None, Some(left)) = (player.record, left) else {
-            continue;
-        };
-        for (k, change) in Change::ALL.into_iter().enumerate() {
-            let share = k as f64 / Change::ALL.len() as f64;
-            progress.next(&format!("{}, {}", player.name, change.words()), share);
-            let again = match again(of, how, player, rung, mesh.as_ref(), change) {
-                None => continue,
-                Some(Err(Error::Ended(cause))) => return Err(Error::Ended(cause)),
-                Some(again) => again.map_err(|error| error.to_string()),
+    let changes = Change::of_run(&of.free());
+    let count = changes.len();
+    let (mut moved, mut apart) = (Vec::new(), Vec::new());
+    for (k, change) in changes.into_iter().enumerate() {
+        let rerun = rerun(of, how, players, (rung, mesh.as_ref()), change, &|label| {
+            progress.next(label, k as f64 / count as f64);
+        })?;
+        for (player, (left, again)) in players.iter().zip(rung.left.iter().zip(&rerun.left)) {
+            let (Some(left), Some(again)) = (left, again) else {
+                continue;
             };
+            let change = &rerun.change;
             for asked in &of.fields {
-                let found = field_moved(asked, player, left, &again)?;
+                let found = field_moved(asked, player, left, again)?;
                 moved.push(row(player, change, &asked.name, found));
             }
             for asked in &of.numbers {
-                let found = number_moved(asked, player, left, &again);
+                let found = number_moved(asked, player, left, again);
                 moved.push(row(player, change, &asked.name, found));
             }
         }
+        if matches!(rerun.change, Change::Parameter(..)) {
+            apart.extend(far_apart(of, players, &rerun)?);
+        }
     }
-    let outcomes = findings(of, &rung.level.label, players, fields, numbers, &moved);
+    // By code, as they are named.
+    moved.sort_by_key(|row| players.iter().position(|player| player.name == row.code));
+    let outcomes = findings(
+        of,
+        &rung.level.label,
+        players,
+        (fields, numbers),
+        (&moved, &apart),
+    );
     Ok(Diagnosis {
         n: rung.level.n,
         moved,
+        apart,
         findings: outcomes.iter().map(|found| found.words.clone()).collect(),
         outcomes,
     })
 }
 
-fn row(player: &Player, change: Change, of: &str, found: Result<f64, String>) -> Moved {
+fn row(player: &Player, change: &Change, of: &str, found: Result<f64, String>) -> Moved {
     Moved {
         code: player.name.clone(),
-        change,
+        change: change.clone(),
         of: of.to_owned(),
         relative: found.as_ref().ok().copied(),
         reason: found.err(),
     }
 }
 
-/// The code once more, with one thing changed; none where it does not have that thing.
+/// The codes once more, with one thing changed.
+fn rerun(
+    of: &FaceOff,
+    how: &Running,
+    players: &[Player],
+    (rung, source): (&Rung, Option<&Mesh>),
+    change: Change,
+    next: &dyn Fn(&str),
+) -> Result<Rerun> {
+    let mut left = Vec::with_capacity(players.len());
+    for (player, before) in players.iter().zip(&rung.left) {
+        if player.record.is_some() || before.is_none() {
+            left.push(None);
+            continue;
+        }
+        next(&format!("{}, {}", player.name, change.words()));
+        left.push(match again(of, how, player, (rung, source), &change) {
+            Some(Err(Error::Ended(cause))) => return Err(Error::Ended(cause)),
+            again => again.map(|again| again.map_err(|error| error.to_string())),
+        });
+    }
+    Ok(Rerun { change, left })
+}
+
+/// A code once more, with one thing changed; none where it does not have that thing.
 fn again(
     of: &FaceOff,
     how: &Running,
     player: &Player,
-    rung: &Rung,
-    mesh: Option<&Mesh>,
-    change: Change,
+    (rung, source): (&Rung, Option<&Mesh>),
+    change: &Change,
 ) -> Option<Result<Left>> {
-    let source = mesh;
-    let mut mesh = mesh.filter(|_| player.code.takes_mesh()).cloned();
+    let mut mesh = source.filter(|_| player.code.takes_mesh()).cloned();
     let mut parameters = rung.parameters.clone();
-    let mut threads = None;
     match change {
-        Change::Again => {}
         Change::Cells => reverse_cells(mesh.as_mut()?),
         Change::Vertices => reverse_points(mesh.as_mut()?),
-        Change::Threads => threads = Some(1),
-        Change::Rounding => {
-            let mut is_changed = false;
-            for value in parameters.values_mut().filter(|v| v.contains(['.', 'e'])) {
-                let number = value.parse::<f64>().ok();
-                let Some(number) = number.filter(|x| x.is_normal()) else {
-                    continue;
-                };
-                *value = format!("{:e}", f64::from_bits(number.to_bits() + ULPS));
-                is_changed = true;
-            }
-            if !is_changed {
-                return None;
-            }
-        }
+        Change::Again | Change::Threads => {}
+        of_parameters => of_parameters
+            .parameters(&of.reals, &mut parameters)
+            .then_some(())?,
     }
     let task = Task {
         mesh: mesh.as_ref(),
@@ -203,15 +193,74 @@ fn again(
         parameters: &parameters,
     };
     let how = How {
-        threads,
-        ..run_how(of, player.code, &rung.level, change.suffix(), how, None)
+        threads: (*change == Change::Threads).then_some(1),
+        ..run_how(of, player.code, &rung.level, &change.suffix(), how, None)
     };
     let mut again = player.code.run(&task, &how);
     if let Ok(left) = &mut again {
         // Cells and vertices are found by their places.
-        of.integrate(player.code, source, &rung.parameters, left);
+        of.integrate(player.code, source, &parameters, left);
     }
     Some(again)
+}
+
+/// How far every two codes are apart, field by field and number by number.
+fn far_apart(of: &FaceOff, players: &[Player], rerun: &Rerun) -> Result<Vec<Apart>> {
+    let mut found = Vec::new();
+    for (a, b) in pairs(players) {
+        let (Some(Ok(of_a)), Some(Ok(of_b))) = (&rerun.left[a], &rerun.left[b]) else {
+            continue;
+        };
+        let [a, b] = [a, b].map(|k| &players[k]);
+        let mut add = |of: &str, (relative, agrees)| {
+            found.push(Apart {
+                a: a.name.clone(),
+                b: b.name.clone(),
+                change: rerun.change.clone(),
+                of: of.to_owned(),
+                relative,
+                agrees,
+            });
+        };
+        for asked in &of.fields {
+            let sides = [side(a, of_a), side(b, of_b)];
+            let all = over_times(asked, [&sides[0], &sides[1]], false, &mut None)?;
+            let all = all.iter().map(|(_, of)| &of.field);
+            if all.clone().all(|of| of.verdict != Verdict::Undetermined) {
+                let most = all.clone().map(|of| of.max_rel).max_by(f64::total_cmp);
+                if let Some(most) = most {
+                    add(
+                        &asked.name,
+                        (most, all.clone().all(|of| of.verdict.passes())),
+                    );
+                }
+            }
+        }
+        for asked in &of.numbers {
+            let names = [a, b].map(|player| asked.name_in(player.code.name()));
+            if let (Some(x), Some(y)) = (of_a.numbers.get(names[0]), of_b.numbers.get(names[1]))
+                && (x - y).is_finite()
+            {
+                add(&asked.name, numbers_apart(asked, *x, *y));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// How far two numbers are apart, relative to the larger, and whether that is within the tolerance.
+fn numbers_apart(asked: &Asked, x: f64, y: f64) -> (f64, bool) {
+    let (far, scale) = ((x - y).abs(), x.abs().max(y.abs()));
+    let agrees = far <= (asked.rtol * scale).max(asked.atol) || asked.rtol.is_infinite();
+    (if far > 0.0 { far / scale } else { 0.0 }, agrees)
+}
+
+fn side<'a>(player: &'a Player, left: &'a Left) -> Side<'a> {
+    Side {
+        name: &player.name,
+        code: player.code.name(),
+        left,
+    }
 }
 
 fn field_moved(
@@ -224,16 +273,16 @@ fn field_moved(
         Ok(again) => again,
         Err(reason) => return Ok(Err(reason.clone())),
     };
-    let side = |left| Side {
-        name: &player.name,
-        code: player.code.name(),
-        left,
-    };
     let as_it_is = Asked {
         same: Same::Discretisation,
         ..asked.clone()
     };
-    let found = over_times(&as_it_is, [&side(left), &side(again)], false, &mut None)?;
+    let found = over_times(
+        &as_it_is,
+        [&side(player, left), &side(player, again)],
+        false,
+        &mut None,
+    )?;
     let reason = found.iter().find_map(|(_, of)| of.field.reason.clone());
     let most = found
         .iter()
@@ -265,33 +314,30 @@ fn findings(
     of: &FaceOff,
     level: &Label,
     players: &[Player],
-    fields: &[OfField],
-    numbers: &[OfNumber],
-    moved: &[Moved],
+    (fields, numbers): (&[OfField], &[OfNumber]),
+    seen: (&[Moved], &[Apart]),
 ) -> Vec<Finding> {
     let mut found = Vec::new();
     for field in fields {
         let pairs = cause::of_field(field, level);
-        found.extend(cause::findings(&field.field, field.same, &pairs, moved));
+        found.extend(cause::findings(&field.field, field.same, &pairs, seen));
     }
     for (asked, number) in of.numbers.iter().zip(numbers) {
         let rows = number.rows.iter().filter(|r| r.level == *level);
-        for row in rows.filter(|r| r.verdict == Verdict::Disagree) {
-            let mut pairs_of = Vec::new();
-            for (a, b) in pairs(players) {
-                let names = [&*players[a].name, &*players[b].name];
-                let [Some(x), Some(y)] = names.map(|name| row.values.get(name)) else {
-                    continue;
-                };
-                let (far, scale) = ((x - y).abs(), x.abs().max(y.abs()));
-                pairs_of.push(Pair {
-                    a: names[0],
-                    b: names[1],
-                    apart: if far > 0.0 { far / scale } else { 0.0 },
-                    agrees: far <= (asked.rtol * scale).max(asked.atol) || asked.rtol.is_infinite(),
-                });
-            }
-            found.extend(cause::findings(&asked.name, asked.same, &pairs_of, moved));
+        for row in rows.filter(|r| r.judged) {
+            let of_pair = |(a, b): (usize, usize)| {
+                let [a, b] = [a, b].map(|k| &*players[k].name);
+                let (apart, agrees) =
+                    numbers_apart(asked, *row.values.get(a)?, *row.values.get(b)?);
+                Some(Pair {
+                    a,
+                    b,
+                    apart,
+                    agrees,
+                })
+            };
+            let of_pairs: Vec<Pair> = pairs(players).into_iter().filter_map(of_pair).collect();
+            found.extend(cause::findings(&asked.name, asked.same, &of_pairs, seen));
         }
     }
     found

@@ -20,7 +20,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 pub use cause::{Cause, Finding};
-pub use diagnosis::{Change, Diagnosis, Moved};
+pub use diagnosis::{Apart, Diagnosis, Moved};
 pub use fields::worst;
 pub use in_form::OfForm;
 pub use meetings::{Extrapolated, OfMeeting};

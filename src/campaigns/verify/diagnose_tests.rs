@@ -1,7 +1,7 @@
 //! Codes with one known fault each, and what is named for it.
 
 use super::{VerifyRequest, diagnose, verify};
-use crate::why::{Diagnosis, Ingredient};
+use crate::why::{Change, Diagnosis, Ingredient};
 
 use crate::engine::{Answer, Case, Engine, Progress, Run, Settings, Silent};
 use faceoff_fem::contact::{Discretisation, Method, Problem, Stop, solve_by};
@@ -104,7 +104,7 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
         panic!("one pair disagrees: {found:?}")
     };
     let accounts = found.ingredients.iter().filter(|i| i.accounts);
-    let mut names: Vec<String> = accounts.map(|i| i.ingredient.clone()).collect();
+    let mut names: Vec<String> = accounts.map(|i| i.change.of()).collect();
     names.dedup();
     for ingredient in &found.ingredients {
         assert_eq!(ingredient.accounts, ingredient.left <= 1e-12);
@@ -254,8 +254,8 @@ fn of_two_answers_to_one_linear_system_none_is_to_blame() {
 
 #[test]
 fn the_sentence_names_what_accounts_and_how_much() {
-    let ingredient = |name: &str, left: f64| Ingredient {
-        ingredient: name.into(),
+    let ingredient = |change: Change, left: f64| Ingredient {
+        change,
         matched: "edges-3".into(),
         left,
         accounts: left <= 1e-12,
@@ -267,12 +267,15 @@ fn the_sentence_names_what_accounts_and_how_much() {
         a: "a".into(),
         b: "b".into(),
         difference: 1e-3,
-        ingredients: vec![ingredient("the load", 2e-15), ingredient("the start", 1e-3)],
+        ingredients: vec![
+            ingredient(Change::Load, 2e-15),
+            ingredient(Change::Start, 1e-3),
+        ],
         is_one_system: false,
     };
     assert_eq!(
         found.sentence().to_string(),
-        "the load accounts for it: with edges-3 the difference falls from 1.0e-3 to 2.0e-15."
+        "the quadrature of the load accounts for it: with edges-3 the difference falls from 1.0e-3 to 2.0e-15."
     );
     found.ingredients.remove(0);
     assert!(

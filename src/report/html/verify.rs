@@ -253,7 +253,7 @@ fn again(of: &Diagnosis) -> Table {
         size(of.difference)
     );
     model::table!(caption, &of.ingredients, |i|
-        "ingredient" => &i.ingredient,
+        "ingredient" => i.change.of(),
         "matched" => &i.matched,
         "difference left" => i.left,
         "found" => if i.accounts { "accounts for it" } else { "does not" },

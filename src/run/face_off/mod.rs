@@ -32,7 +32,7 @@ mod spectra;
 mod tables;
 mod times;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -69,6 +69,8 @@ pub struct FaceOff {
     axes: Vec<Axis>,
     /// As commands get them; of one that is a list, the first.
     pub parameters: BTreeMap<String, String>,
+    /// The names of those that are real numbers.
+    pub reals: BTreeSet<String>,
     /// At least two, each of another name.
     pub codes: Vec<Code>,
     /// Those that are compared.
@@ -195,6 +197,17 @@ impl FaceOff {
     pub fn levels(&self) -> Vec<Level> {
         // Their lengths were checked when they were given.
         Level::all(&self.axes).unwrap_or_default()
+    }
+
+    /// The names of real parameters that its levels do not vary.
+    pub fn free(&self) -> BTreeSet<&str> {
+        let varying: Vec<&Axis> = self.axes.iter().filter(|a| a.values.len() > 1).collect();
+        let is_free = |name: &&str| !varying.iter().any(|axis| axis.name == *name);
+        self.reals
+            .iter()
+            .map(String::as_str)
+            .filter(is_free)
+            .collect()
     }
 
     /// The mesh at a refinement; none where every code makes its own.

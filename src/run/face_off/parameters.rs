@@ -1,12 +1,25 @@
 //! What commands get as `{NAME}`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::level::Axis;
 use super::tables::Reader;
 use faceoff_mesh::error::Result;
 
 impl Reader {
+    /// The names of those that are real numbers, which may be changed a little; an integer may be a count.
+    pub(super) fn reals(&self, tables: &BTreeMap<String, toml::Value>) -> BTreeSet<String> {
+        let is_real = |value: &toml::Value| match value {
+            toml::Value::String(text) => text.contains(['.', 'e']) && text.parse::<f64>().is_ok(),
+            other => other.is_float(),
+        };
+        let reals = tables.iter().filter(|(_, value)| match value {
+            toml::Value::Array(values) => values.iter().any(is_real),
+            one => is_real(one),
+        });
+        reals.map(|(name, _)| name.clone()).collect()
+    }
+
     /// As commands get them, and the one that is a list.
     pub(super) fn parameters(
         &self,

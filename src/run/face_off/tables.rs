@@ -210,6 +210,7 @@ impl Reader {
 
     pub fn read(&self, text: &str) -> Result<FaceOff> {
         let mut file = self.parse(text)?;
+        let reals = self.reals(&file.parameters);
         let (parameters, list) = self.parameters(std::mem::take(&mut file.parameters))?;
         let mut n = Vec::new();
         let mut source = None;
@@ -332,6 +333,7 @@ impl Reader {
             mesh: source,
             axes,
             parameters,
+            reals,
             codes,
             fields,
             numbers,

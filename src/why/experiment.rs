@@ -1,0 +1,163 @@
+//! What is changed when codes run again, one thing at a time: one list for scenes and for any problem.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Serialize, Serializer};
+
+use faceoff_fem::linear::Solver;
+
+/// Parameters are changed by this many units in the last place: more than the writing of a number loses.
+const ULPS: u64 = 4;
+
+/// One thing that is changed while all else stays.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// Nothing: the same once more.
+    Again,
+    /// The order of the cells.
+    Cells,
+    /// The order of the vertices.
+    Vertices,
+    /// The number of threads.
+    Threads,
+    /// The last digits of the parameters.
+    Rounding,
+    /// Where iterations stop.
+    Tolerances,
+    /// A parameter, multiplied by a percentage.
+    Parameter(String, u8),
+    /// The load, constant in place of any.
+    Load,
+    /// Where iterations start.
+    Start,
+    /// What solves the linear systems.
+    Solver(Solver),
+}
+
+impl Serialize for Change {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.words())
+    }
+}
+
+impl Change {
+    /// What can be changed of a run with these real parameters: first what must not move an answer, then each of them, ten per
+    /// cent up and down.
+    pub fn of_run(reals: &BTreeSet<&str>) -> Vec<Change> {
+        let mut all = vec![
+            Change::Again,
+            Change::Cells,
+            Change::Vertices,
+            Change::Threads,
+            Change::Rounding,
+            Change::Tolerances,
+        ];
+        let free = reals.iter().filter(|name| !is_tolerance(name));
+        all.extend(free.flat_map(|name| {
+            [110, 90].map(|percent| Change::Parameter((*name).to_owned(), percent))
+        }));
+        all
+    }
+
+    /// What it is about: `the order of the mesh`.
+    pub fn of(&self) -> String {
+        match self {
+            Change::Again => "nothing".into(),
+            Change::Cells | Change::Vertices => "the order of the mesh".into(),
+            Change::Threads => "the number of threads".into(),
+            Change::Rounding => "rounding".into(),
+            Change::Tolerances => "the tolerance".into(),
+            Change::Parameter(name, _) => format!("`{name}`"),
+            Change::Load => "the quadrature of the load".into(),
+            Change::Start => "the start".into(),
+            Change::Solver(_) => "the linear solver".into(),
+        }
+    }
+
+    /// What is done: `cells in reverse order`.
+    pub fn words(&self) -> String {
+        match self {
+            Change::Again => "run once more".into(),
+            Change::Cells => "cells in reverse order".into(),
+            Change::Vertices => "vertices in reverse order".into(),
+            Change::Threads => "in one thread".into(),
+            Change::Rounding => format!("parameters changed by {ULPS} units in the last place"),
+            Change::Tolerances => "tolerances divided by 100".into(),
+            Change::Parameter(name, percent) => {
+                format!("`{name}` times {}", f64::from(*percent) / 100.0)
+            }
+            Change::Load => "a constant load".into(),
+            Change::Start => "another start".into(),
+            Change::Solver(solver) => solver.to_string(),
+        }
+    }
+
+    /// As the end of a folder's name.
+    pub fn suffix(&self) -> String {
+        match self {
+            Change::Again => "-again".into(),
+            Change::Cells => "-cells".into(),
+            Change::Vertices => "-vertices".into(),
+            Change::Threads => "-threads".into(),
+            Change::Rounding => "-rounding".into(),
+            Change::Tolerances => "-tolerances".into(),
+            Change::Parameter(name, percent) => format!("-{name}-{percent}-percent"),
+            Change::Load => "-load".into(),
+            Change::Start => "-start".into(),
+            Change::Solver(solver) => format!("-{solver}"),
+        }
+    }
+
+    /// Changes the real parameters of a run; were any changed?
+    pub fn parameters(&self, reals: &BTreeSet<String>, of: &mut BTreeMap<String, String>) -> bool {
+        let mut is_changed = false;
+        for (name, value) in of.iter_mut().filter(|(name, _)| reals.contains(*name)) {
+            let number = value.parse::<f64>().ok().filter(|x| x.is_normal());
+            let changed = number.and_then(|x| match self {
+                Change::Rounding => Some(f64::from_bits(x.to_bits() + ULPS)),
+                Change::Tolerances => is_tolerance(name).then_some(x / 100.0),
+                Change::Parameter(of, percent) => {
+                    (name == of).then_some(x * f64::from(*percent) / 100.0)
+                }
+                _ => None,
+            });
+            if let Some(changed) = changed {
+                *value = format!("{changed:e}");
+                is_changed = true;
+            }
+        }
+        is_changed
+    }
+}
+
+fn is_tolerance(name: &str) -> bool {
+    name.to_lowercase().contains("tol")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn real_parameters_are_changed_and_no_others() {
+        let given = [("E", "200"), ("nu", "0.25"), ("k", "3"), ("rtol", "1e-6")];
+        let given = given.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        let parameters = BTreeMap::from(given);
+        let reals = ["E", "rtol"].map(str::to_owned).into();
+        let all = Change::of_run(&BTreeSet::from(["E", "rtol"]));
+        let of: Vec<String> = all[6..].iter().map(Change::words).collect();
+        assert_eq!(of, ["`E` times 1.1", "`E` times 0.9"]);
+        let mut changed = parameters.clone();
+        assert!(all[7].parameters(&reals, &mut changed));
+        assert_eq!(changed.remove("E").as_deref(), Some("1.8e2"));
+        assert!(Change::Tolerances.parameters(&reals, &mut changed));
+        assert_eq!(changed.remove("rtol").unwrap().parse(), Ok(1e-8));
+        assert!(!Change::Tolerances.parameters(&reals, &mut changed));
+        assert!(!Change::Cells.parameters(&reals, &mut changed));
+        assert!(
+            changed
+                .iter()
+                .all(|(name, value)| parameters[name] == *value)
+        );
+    }
+}
