@@ -584,7 +584,7 @@ fn parameters_that_one_code_takes_otherwise_are_named() {
         told.contains("b moves by") && told.contains("it stops too early"),
         "{told}"
     );
-    let (code, found, _) = outcomes("m", "m", "0.3");
+    let (code, found, _) = outcomes("m", "1*m", "0.3");
     assert_eq!((code, found.len()), (Some(0), 0), "{found:?}");
 }
 
