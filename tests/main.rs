@@ -29,6 +29,7 @@ mod matrix;
 mod mesh_faults;
 mod mesh_formats;
 mod mesh_info;
+mod moments;
 mod mutations;
 mod numbering;
 mod other_meshes;

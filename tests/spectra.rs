@@ -295,3 +295,99 @@ fn pairs_of_the_square_are_spaces_and_spurious_values_are_named() {
         row["verdict"]
     );
 }
+
+#[test]
+fn a_list_that_ends_early_is_not_an_agreement() {
+    let folder = folder();
+    let at = folder.path();
+    scripts(at);
+    let mesh = "generator = \"union-jack\"\nn = 4";
+    // Two codes are enough.
+    let all = file(mesh, 5, "");
+    let [start, end] = ["[codes.dolfinx]", "[spectra.s]"].map(|name| all.find(name).unwrap());
+    let all = [&all[..start], &all[end..]].concat();
+    let first = ("enumerate(values))", "enumerate(values[:1]))");
+    let runs = [
+        // All have 2π² and 5π² twice, then 8π² and the first of the pair 10π², where lists may end.
+        ("", ("", ""), Some(0), "agree"),
+        ("", first, Some(2), "the 1 of skfem end below 4 of freefem"),
+        ("count = 5\n", first, Some(1), "skfem has 1 of the lowest 5"),
+        ("count = 3\n", first, Some(1), "skfem has 1 of the lowest 3"),
+        ("count = 9\n", ("", ""), Some(1), "has 5 of the lowest 9"),
+        ("count = 1\n", first, Some(0), "agree"),
+    ];
+    for (count, fault, expected, words) in runs {
+        write(at, "all.toml", &(all.clone() + count));
+        let (code, told, said) = verify(at, "modes_skfem.py", fault);
+        assert_eq!(code, expected, "{count}{fault:?}: {said}");
+        assert!(said.contains(words), "{count}{fault:?}: {said}");
+        let row = of_pair(&told, ["freefem", "skfem"]);
+        let beyond = row.get("beyond").map(|of| of[0].as_array().unwrap().len());
+        let is_beyond = fault == first && count != "count = 1\n";
+        assert_eq!(beyond.is_some(), is_beyond, "{row}");
+    }
+    // A code with one more of the last pair is not longer.
+    let fewer = ("enumerate(values))", "enumerate(values[:2]))");
+    write(at, "all.toml", &(all + "count = 2\n"));
+    let (code, _, said) = verify(at, "modes_skfem.py", fewer);
+    assert!(
+        code == Some(0) || said.contains("ask for further modes"),
+        "{said}"
+    );
+}
+
+/// curl curl E = λE in the square, E × n = 0: the kernel has a gradient for each vertex inside.
+#[test]
+fn modes_of_a_cavity_agree_beside_their_kernel() {
+    let folder = folder();
+    let at = folder.path();
+    for name in ["cavity.edp", "cavity_skfem.py", "cavity_dolfinx.py"] {
+        fs::copy(source("tests/open").join(name), at.join(name)).unwrap();
+    }
+    fs::copy(source("examples/blank/moments.idp"), at.join("moments.idp")).unwrap();
+    // Two codes write moments on edges, and one functions on cells.
+    let spectrum = "names = { dolfinx = [\"lambda\", \"m\"] }\ndrop_kernel = 1e-8\ncount = 9\n\
+                    exact = [9.8696, 9.8696, 19.739]\nexact_rtol = 0.05\n";
+    let all = file("generator = \"union-jack\"\nn = 4", 20, spectrum)
+        .replace("modes = \"m\"", "modes = \"N1curl(m*)\"")
+        .replace("modes.edp", "cavity.edp")
+        .replace("modes_", "cavity_");
+    let [start, end] = ["[codes.freefem]", "[codes.dolfinx]"].map(|name| all.find(name).unwrap());
+    let tables = all[start..end].replace(".vtu\"", ".csv\"");
+    write(
+        at,
+        "all.toml",
+        &[&all[..start], &tables, &all[end..]].concat(),
+    );
+    let (code, told, said) = verify(at, "cavity_skfem.py", ("", ""));
+    assert_eq!(code, Some(0), "{said}");
+    for codes in [
+        ["freefem", "skfem"],
+        ["freefem", "dolfinx"],
+        ["skfem", "dolfinx"],
+    ] {
+        let row = of_pair(&told, codes);
+        assert_eq!(row["kernel"], serde_json::json!([9, 9]), "{row}");
+        assert_eq!(row["values"].as_array().unwrap().len(), 9);
+        let spaces = row["spaces"].as_array().unwrap();
+        assert_eq!(spaces.len(), 5, "{row}");
+        assert!(
+            spaces
+                .iter()
+                .all(|space| space["sine"].as_f64().unwrap() < 1e-7),
+            "{row}"
+        );
+    }
+    // A pair may be rotated; a gradient, which the curl does not see, may not be added, nor may rows of values that are held be modes.
+    let turned =
+        "modes[free] = vectors\nmodes[:, 9:11] = modes[:, 9:11] @ np.array([[2, 1], [-1, 1]])";
+    let polluted = "modes[free] = vectors\nmodes[:, 11] += 1e-4*modes[:, 0]";
+    for (to, expected) in [(turned, Some(0)), (polluted, Some(1))] {
+        let (code, _, said) = verify(at, "cavity_skfem.py", ("modes[free] = vectors", to));
+        assert_eq!(code, expected, "{said}");
+    }
+    let spurious = ("bcs=[held], diagonal=1e6", "bcs=[held], diagonal=5.0");
+    let (code, _, said) = verify(at, "cavity_dolfinx.py", spurious);
+    assert_eq!(code, Some(1));
+    assert!(said.contains("dolfinx has the spurious 5, 5"), "{said}");
+}

@@ -17,6 +17,7 @@ use crate::report::{self, Output, deliver};
 use crate::run::convergence::{Against, convergence};
 use faceoff_fem::scene::expression::ParseError;
 use faceoff_fem::scene::{Expression, Scene};
+use faceoff_judge::derive;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -55,7 +56,7 @@ fn orders_of_results(arguments: &Orders, to: &Output) -> Result<u8> {
         }
         let mut results = series.read(0, python.as_deref())?;
         for name in &arguments.only {
-            if !results.has(name) && !results.derive(name) {
+            if !results.has(name) && !derive(&mut results, name, None)? {
                 let what = format!("{} has no field `{name}`", path.display());
                 return Err(Error::usage(what, "name one that all results have"));
             }

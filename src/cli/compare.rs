@@ -14,8 +14,8 @@ use crate::report::{self, Output, deliver};
 use faceoff_fem::scene::{Bounds, Comparing, Scene};
 use faceoff_judge::{
     Comparison, Comparisons, GivenTolerances, Pairing, Part, PartialTolerance, Settings, Times,
-    Tolerances, Verdict, are_identical, at_midpoints, compare_results, interpolate, pair_times,
-    project,
+    Tolerances, Verdict, are_identical, at_midpoints, compare_results, derive, interpolate,
+    pair_times, project,
 };
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -349,7 +349,7 @@ impl<'a> Request<'a> {
         };
         for side in [&mut of_a, &mut of_b] {
             for name in &arguments.only {
-                let _is_known = side.has(name) || side.derive(name);
+                let _is_known = side.has(name) || derive(side, name, None)?;
             }
             let others = side.keep_only(|name| is_asked(name) && !is_left_out(name));
             if !others.is_empty() {
@@ -526,10 +526,10 @@ fn pair(b: &mut Results, a: &mut Results, pairs: &[(String, String)]) -> Result<
             let what = format!("{source} has no field `{field}`");
             Error::usage(what, "give --pair the names of a field in either file")
         };
-        if !a.has(name) && !a.derive(name) {
+        if !a.has(name) && !derive(a, name, None)? {
             return Err(missing(&a.source, name));
         }
-        let known = b.has(other) || b.derive(other);
+        let known = b.has(other) || derive(b, other, None)?;
         if !known || !b.rename(other, name) {
             return Err(missing(&b.source, other));
         }

@@ -20,7 +20,7 @@ use faceoff_judge::systems::System;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::file;
-use faceoff_mesh::io::{self, Format, Options, Series, msh};
+use faceoff_mesh::io::{self, Content, Format, Options, Series, msh};
 use faceoff_mesh::mesh::Mesh;
 
 /// So coarse are the dates of some file systems.
@@ -94,6 +94,8 @@ pub struct Left {
 pub struct Written {
     /// Ascending; one that is `None` where it is of no time.
     pub times: Vec<Option<f64>>,
+    /// The mesh that the codes share, whose vertices tables number.
+    pub grid: Option<Arc<Results>>,
     /// As messages call it.
     name: String,
     series: RefCell<Series>,
@@ -107,6 +109,7 @@ impl Written {
         let series = Series::open(path, super::meshio_python().as_deref())?;
         let written = Written {
             times: series.times.clone(),
+            grid: None,
             name,
             series: RefCell::new(series),
             last: RefCell::new(None),
@@ -131,6 +134,31 @@ impl Written {
         let results = Arc::new(results);
         *self.last.borrow_mut() = Some((k, results.clone()));
         Ok(results)
+    }
+}
+
+impl Left {
+    /// Has the rows of tables that are keyed by vertices be on the mesh that the code was given, whose vertices they number.
+    ///
+    /// # Errors
+    /// A result that cannot be read; a mesh that is too large for the memory.
+    pub fn lay_on(&mut self, mesh: &Mesh) -> Result<()> {
+        let mut grid = None;
+        for written in &mut self.results {
+            let last = written.at(written.times.len() - 1)?;
+            if last.width < 2 || !last.points.is_empty() {
+                continue;
+            }
+            if grid.is_none() {
+                let content = Content {
+                    mesh: mesh.clone(),
+                    ..Content::default()
+                };
+                grid = Some(Arc::new(io::of_content("the mesh".as_ref(), content)?));
+            }
+            written.grid.clone_from(&grid);
+        }
+        Ok(())
     }
 }
 

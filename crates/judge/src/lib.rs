@@ -59,7 +59,7 @@ pub use places::{first_at_place, partners};
 pub use results::{at_midpoints, compare_results};
 pub use series::{Pairing, Times, interpolate, pair_times};
 pub use spectrum::{Matched, clusters, match_spectra, relative};
-pub use supermesh::{Exact, Modes, Projection, Size, error_against, project};
+pub use supermesh::{Exact, Modes, Projection, Size, derive, error_against, project};
 pub use up_to::error_up_to;
 
 #[cfg(test)]

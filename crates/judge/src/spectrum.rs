@@ -10,16 +10,19 @@ pub struct Matched {
     pub pairs: Vec<[usize; 2]>,
     /// Values that only the first has, or only the second, below where the other ends.
     pub alone: [Vec<usize>; 2],
+    /// Values that only the first has, or only the second, above the last of the other, which may have been asked for fewer.
+    pub beyond: [Vec<usize>; 2],
 }
 
 /// Matches two ascending lists of eigenvalues so that the sum of relative differences is smallest; values that are more than 2 % apart
-/// stay alone. What lies above the last value of the other list is not missing there, as that list ends before.
+/// stay alone, or are beyond the end of the other list.
 ///
 /// ```
 /// let found = faceoff_judge::match_spectra(&[1.0, 2.0, 5.0, 5.0], &[2.0, 5.0, 5.0, 8.0]);
 /// assert_eq!(found.pairs, [[1, 0], [2, 1], [3, 2]]);
-/// // 8 is beyond the last of the first list.
 /// assert_eq!(found.alone, [vec![0], vec![]]);
+/// // 8 is above the last of the first list.
+/// assert_eq!(found.beyond, [vec![], vec![3]]);
 /// ```
 pub fn match_spectra(a: &[f64], b: &[f64]) -> Matched {
     let (n, m) = (a.len(), b.len());
@@ -52,6 +55,7 @@ pub fn match_spectra(a: &[f64], b: &[f64]) -> Matched {
     let mut found = Matched {
         pairs: Vec::new(),
         alone: [Vec::new(), Vec::new()],
+        beyond: [Vec::new(), Vec::new()],
     };
     let (mut i, mut j) = (n, m);
     while i + j > 0 {
@@ -76,7 +80,7 @@ pub fn match_spectra(a: &[f64], b: &[f64]) -> Matched {
     for (k, alone) in found.alone.iter_mut().enumerate() {
         alone.reverse();
         let list = [a, b][k];
-        alone.retain(|at| list[*at] <= ends[k]);
+        (*alone, found.beyond[k]) = alone.iter().partition(|at| list[**at] <= ends[k]);
     }
     found
 }
@@ -128,6 +132,7 @@ mod tests {
         assert_eq!(match_spectra(&scaled, &truth).pairs.len(), 4);
         let nothing = match_spectra(&[1.0, 1.0], &[]);
         assert_eq!((nothing.pairs.len(), nothing.alone), (0, [vec![], vec![]]));
+        assert_eq!(nothing.beyond, [vec![0, 1], vec![]]);
         assert!(match_spectra(&[f64::NAN], &[1.0]).pairs.is_empty());
     }
 }

@@ -22,6 +22,8 @@ const LEFT: f64 = 1e-6;
 const NOTHING: f64 = 1e-8;
 /// Meshes of so many cells are laid over each other in less than seconds.
 const QUICK: usize = 20_000;
+/// Of larger fields only what the largest difference and the mean point to is tried: each attempt is a comparison, and copies the field.
+const LARGE: usize = 200_000;
 /// Fewer values are explained by anything.
 const FEWEST: usize = 8;
 /// What a problem leaves open changes at least one value in so many; fewer are not worth a copy of the field.
@@ -490,10 +492,14 @@ pub(crate) fn look_for_open(
                 on_points: keep(&side.on_points),
                 on_cells: keep(&side.on_cells),
                 on_corners: keep(&side.on_corners),
-                whole: Vec::new(),
-                groups: Vec::new(),
-                unread: Vec::new(),
-                ..side.clone()
+                source: side.source.clone(),
+                space: side.space,
+                points: side.points.clone(),
+                ids: side.ids.clone(),
+                width: side.width,
+                cells: side.cells.clone(),
+                kinds: side.kinds.clone(),
+                ..Results::default()
             }
         };
         let candidates = candidates(of, comparison.map, components(a, &name));
@@ -550,7 +556,11 @@ fn candidates(of: &ComparedField, map: MatchBy, n: usize) -> Vec<Vec<UpTo>> {
     let (far, scale) = (of.field.max_abs, of.scale.unwrap_or(0.0));
     let near = |x: f64, y: f64| (x - y).abs() <= 1e-5 * y;
     // Laying large meshes over each other takes long.
-    let is_quick = map != MatchBy::Functions || of.field.faces <= QUICK;
+    let most = match map {
+        MatchBy::Functions => QUICK,
+        _ => LARGE,
+    };
+    let is_quick = of.field.faces <= most;
     let mut all = Vec::new();
     if of.field.rms
         >= far

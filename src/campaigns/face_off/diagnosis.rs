@@ -196,7 +196,11 @@ fn again(
         threads: (*change == Change::Threads).then_some(1),
         ..run_how(of, player.code, &rung.level, &change.suffix(), how, None)
     };
-    let mut again = player.code.run(&task, &how);
+    let again = player.code.run(&task, &how);
+    let mut again = again.and_then(|mut left| {
+        mesh.as_ref().map_or(Ok(()), |mesh| left.lay_on(mesh))?;
+        Ok(left)
+    });
     if let Ok(left) = &mut again {
         // Cells and vertices are found by their places.
         of.integrate(player.code, source, &parameters, left);

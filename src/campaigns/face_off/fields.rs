@@ -9,7 +9,7 @@ use crate::run::convergence::Level as Step;
 use crate::run::{Asked, Level, Same};
 use faceoff_judge::{
     ComparedField, Comparison, FieldVerdict, MatchBy, Norms, On, Settings, Size, Tolerance,
-    Tolerances, Verdict, compare_results, error_up_to,
+    Tolerances, Verdict, compare_results, derive, error_up_to,
 };
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -33,7 +33,9 @@ pub(super) fn file_of<'a>(
     let (mut known, mut unread) = (Vec::new(), None);
     for file in &left.results {
         let of = last(file)?;
-        if of.has(name) || Results::clone(&of).derive(name) {
+        if of.has(name)
+            || derive(&mut Results::clone(&of), name, file.grid.as_deref()).unwrap_or(true)
+        {
             return Ok(file);
         }
         known.extend(of.all().map(|field| field.name.clone()));
@@ -57,7 +59,9 @@ pub(super) fn extract(
 ) -> Result<Results, String> {
     let name = asked.name_in(code);
     let mut of = Results::clone(&*file.at(k).map_err(|error| error.to_string())?);
-    if !of.has(name) && !of.derive(name) {
+    let is_known = of.has(name)
+        || derive(&mut of, name, file.grid.as_deref()).map_err(|error| error.to_string())?;
+    if !is_known {
         return Err(format!("{code} has no field `{name}` then"));
     }
     of.keep_only(|known| known == name);

@@ -271,6 +271,9 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
                 return Err(Error::Ended(cause));
             }
             if let Ok(left) = &mut found {
+                if let Some(mesh) = mesh.as_ref().filter(|_| player.code.takes_mesh()) {
+                    left.lay_on(mesh)?;
+                }
                 of.integrate(player.code, mesh.as_ref(), &parameters, left);
             }
             Ok(found)

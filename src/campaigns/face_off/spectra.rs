@@ -51,6 +51,9 @@ pub struct OfSpectra {
     pub values: Vec<[f64; 2]>,
     /// What only a has, and only b, below where the other ends.
     pub alone: [Vec<f64>; 2],
+    /// What only a has, and only b, above the last of the other.
+    #[serde(skip_serializing_if = "is_nothing")]
+    pub beyond: [Vec<f64>; 2],
     /// How many were left out as the kernel's.
     pub kernel: [usize; 2],
     /// Modes that belong together, as spaces.
@@ -59,6 +62,10 @@ pub struct OfSpectra {
     /// The modal assurance criterion, one row for each mode of a; kernels are left out.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assurance: Vec<Vec<f64>>,
+}
+
+fn is_nothing(lists: &[Vec<f64>; 2]) -> bool {
+    lists.iter().all(Vec::is_empty)
 }
 
 /// Modes of neighbouring eigenvalues.
@@ -81,6 +88,8 @@ struct Found {
     values: Vec<f64>,
     modes: Vec<Results>,
     kernel: usize,
+    /// Whether the code has further values, which were not asked for and belong to none of these.
+    goes_on: bool,
 }
 
 /// Every pair on every level, and each code on the finest against what is known.
@@ -109,6 +118,7 @@ pub(super) fn judge(players: &[Player], asked: &Spectrum, rungs: &[Rung]) -> Res
             relative: 0.0,
             values: Vec::new(),
             alone: [Vec::new(), Vec::new()],
+            beyond: [Vec::new(), Vec::new()],
             kernel: [0, 0],
             spaces: Vec::new(),
             assurance: Vec::new(),
@@ -135,7 +145,7 @@ pub(super) fn judge(players: &[Player], asked: &Spectrum, rungs: &[Rung]) -> Res
                 tolerance: rtol,
                 ..empty(&player.name, "exact", true)
             };
-            of_exact.push(of_values(&found.values, &asked.exact, row));
+            of_exact.push(of_values(asked, &found.values, &asked.exact, row));
         }
     }
     let rows = of_pairs.iter().chain(&of_exact).filter(|row| row.judged);
@@ -174,9 +184,20 @@ fn found(asked: &Spectrum, side: &Side) -> Result<Found, String> {
     let all = numbers.len();
     numbers.retain(|(value, _)| asked.kernel.is_none_or(|part| value.abs() > part * largest));
     let kernel = all - numbers.len();
+    // Those that are asked for, with the rest of the cluster that the last of them is in.
+    let values: Vec<f64> = numbers.iter().map(|(value, _)| *value).collect();
+    let runs = clusters(&values, asked.cluster);
+    let enough = |end: &usize| asked.count.is_some_and(|count| *end >= count);
+    let kept = runs.iter().map(|run| run.end).find(enough);
+    let kept = kept.unwrap_or(values.len());
+    numbers.truncate(kept);
     let mut of_modes = Vec::new();
     for (_, number) in modes.iter().flat_map(|_| &numbers) {
-        let name = format!("{}{number}", modes.unwrap_or_default());
+        let number = number.to_string();
+        let name = match modes.unwrap_or_default() {
+            pattern if pattern.contains('*') => pattern.replace('*', &number),
+            start => start.to_owned() + &number,
+        };
         let mode = Asked::of_mode(&name);
         let file = file_of(side.left, &mode, side.code)?;
         of_modes.push(extract(file, file.times.len() - 1, &mode, side.code)?);
@@ -185,6 +206,7 @@ fn found(asked: &Spectrum, side: &Side) -> Result<Found, String> {
         values: numbers.into_iter().map(|(value, _)| value).collect(),
         modes: of_modes,
         kernel,
+        goes_on: kept < values.len(),
     })
 }
 
@@ -211,7 +233,7 @@ impl Asked {
 }
 
 /// Two lists of eigenvalues.
-fn of_values(a: &[f64], b: &[f64], row: OfSpectra) -> OfSpectra {
+fn of_values(asked: &Spectrum, a: &[f64], b: &[f64], row: OfSpectra) -> OfSpectra {
     let matched = match_spectra(a, b);
     let values: Vec<[f64; 2]> = matched.pairs.iter().map(|[i, j]| [a[*i], b[*j]]).collect();
     let far = |[x, y]: &[f64; 2]| relative(*x, *y);
@@ -243,27 +265,69 @@ fn of_values(a: &[f64], b: &[f64], row: OfSpectra) -> OfSpectra {
             row.b
         ));
     }
-    let verdict = match (values.is_empty(), told.is_empty()) {
-        (true, true) => Verdict::Undetermined,
-        (_, true) => Verdict::Agree,
-        (_, false) => Verdict::Disagree,
+    let mut verdict = match told.is_empty() {
+        true => Verdict::Agree,
+        false => Verdict::Disagree,
     };
+    // A list that is too short leaves values of the other unjudged.
+    let beyond = [0, 1].map(|k| {
+        let own = [a, b][k];
+        matched.beyond[k]
+            .iter()
+            .map(|at| own[*at])
+            .collect::<Vec<f64>>()
+    });
+    for (k, (name, list)) in [(&row.a, a), (&row.b, b)].into_iter().enumerate() {
+        let lacks = &beyond[1 - k][within(list, &beyond[1 - k], asked.cluster)..];
+        let count = asked.count.map(|count| match is_exact {
+            true => count.min(b.len()),
+            false => count,
+        });
+        match count {
+            _ if name == "exact" => {}
+            Some(count) if list.len() < count => {
+                let own = list.len();
+                told.push(format!(
+                    "{name} has {own} of the lowest {count} eigenvalues"
+                ));
+                verdict = Verdict::Disagree;
+            }
+            None if !lacks.is_empty() => {
+                let (own, more) = (list.len(), lacks.len());
+                let other = [&row.b, &row.a][k];
+                told.push(format!(
+                    "the {own} of {name} end below {more} of {other}, which are not judged: let every code write as many, or give count"
+                ));
+                verdict = verdict.max(Verdict::Undetermined);
+            }
+            _ => {}
+        }
+    }
+    if values.is_empty() {
+        told.push("no eigenvalue is that of the other".into());
+        verdict = verdict.max(Verdict::Undetermined);
+    }
     OfSpectra {
         verdict,
-        reason: match (values.is_empty(), told.is_empty()) {
-            (true, true) => "no eigenvalue is that of the other".into(),
-            _ => told.join("; "),
-        },
+        reason: told.join("; "),
         relative: largest,
         values,
         alone,
+        beyond,
         ..row
     }
 }
 
+/// How many of the values beyond a list continue the cluster in which it ends.
+fn within(list: &[f64], beyond: &[f64], cluster: f64) -> usize {
+    let Some(last) = list.last() else { return 0 };
+    let run: Vec<f64> = std::iter::once(last).chain(beyond).copied().collect();
+    clusters(&run, cluster)[0].end - 1
+}
+
 /// Values and modes of two codes.
 fn compared(asked: &Spectrum, a: &Found, b: &Found, row: OfSpectra) -> Result<OfSpectra> {
-    let mut row = of_values(&a.values, &b.values, row);
+    let mut row = of_values(asked, &a.values, &b.values, row);
     row.kernel = [a.kernel, b.kernel];
     if asked.modes.is_none() || row.values.is_empty() {
         return Ok(row);
@@ -297,10 +361,10 @@ fn compared(asked: &Spectrum, a: &Found, b: &Found, row: OfSpectra) -> Result<Of
         Err(error) => return failed(row, error),
     };
     // A space at the end of a list may have further modes, which the code was not asked for.
-    let ends = [a.values.len() - 1, b.values.len() - 1];
+    let ends = [a, b].map(|of| (!of.goes_on).then_some(of.values.len() - 1));
     let mut told = Vec::new();
     for ((run, space), sine) in runs.iter().zip(&spaces).zip(sines) {
-        let is_cut = (0..2).any(|k| space[k].contains(&ends[k]));
+        let is_cut = (0..2).any(|k| ends[k].is_some_and(|end| space[k].contains(&end)));
         let allowed = asked.angle.unwrap_or(f64::INFINITY);
         let is_far = sine.is_none_or(|sine| !(sine <= allowed));
         let [low, high] = [of_a[run.start], of_a[run.end - 1]];

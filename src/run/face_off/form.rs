@@ -27,6 +27,16 @@ pub struct FormFile {
     pub levels: Vec<usize>,
 }
 
+/// The name of a field that another is derived from, as `q` in `div(q)`, `|q|` and `|curl(q)|`; its own where it is not derived.
+fn inner(name: &str) -> &str {
+    let named = |start: &str, end: &str| name.strip_prefix(start)?.strip_suffix(end);
+    let found = [("|", "|"), ("div(", ")"), ("curl(", ")")]
+        .iter()
+        .find_map(|(start, end)| named(start, end));
+    let component = || Some(name.strip_suffix(']')?.rsplit_once('[')?.0);
+    found.or_else(component).map_or(name, inner)
+}
+
 /// Why a form leaves nothing open of a field that is said to be open up to something; none where it may.
 pub(super) fn not_open(form: &Problem, field: &str, up_to: UpTo) -> Option<String> {
     let unknown = form.unknowns.iter().position(|u| u.name == field)?;
@@ -173,9 +183,9 @@ impl Reader {
         let unknowns = || form.unknowns.iter().map(|unknown| unknown.name.as_str());
         if let Some((name, _)) = fields
             .iter()
-            .find(|(name, _)| !unknowns().any(|u| u == *name))
+            .find(|(name, _)| !unknowns().any(|u| u == inner(name)))
         {
-            let what = format!("{name} is not an unknown of the form");
+            let what = format!("{name} is not an unknown of the form, nor derived from one");
             let remedy = format!(
                 "{}the unknowns are {}",
                 meant(name, unknowns()),

@@ -15,7 +15,7 @@ pub struct Spectrum {
     pub name: String,
     /// What the names of the numbers begin with that are eigenvalues, before 1, 2, ….
     pub values: String,
-    /// The same of the fields that are modes; none where only values are compared.
+    /// The same of the fields that are modes, or a name with `*` for the number; none where only values are compared.
     pub modes: Option<String>,
     /// Where a code has other names: of its values and modes, in this order.
     pub names: BTreeMap<String, Vec<String>>,
@@ -27,6 +27,8 @@ pub struct Spectrum {
     pub angle: Option<f64>,
     /// Eigenvalues with no larger gap between them, relative to the larger, are one cluster, whose modes are compared as a space.
     pub cluster: f64,
+    /// How many of the lowest every code must have, without the kernel; none where all that codes have is compared.
+    pub count: Option<usize>,
     /// Eigenvalues that are no larger than this, relative to the largest, are those of the kernel, and left out.
     pub kernel: Option<f64>,
     /// The lowest eigenvalues that are known.
@@ -59,6 +61,7 @@ struct Table {
     rtol: Option<f64>,
     angle: Option<f64>,
     cluster: Option<f64>,
+    count: Option<usize>,
     drop_kernel: Option<f64>,
     #[serde(default)]
     exact: Several<f64>,
@@ -89,6 +92,12 @@ impl Reader {
             return Err(refuse(
                 format!("{bad} is not a tolerance"),
                 "give a number from 0 on",
+            ));
+        }
+        if table.count == Some(0) {
+            return Err(refuse(
+                "count is 0, and nothing would be compared".into(),
+                "give the number of eigenvalues that every code has, or leave it out",
             ));
         }
         if !exact.is_sorted() || exact.iter().any(|x| !x.is_finite()) {
@@ -141,6 +150,7 @@ impl Reader {
             modes: table.modes,
             // Multiple eigenvalues split by rounding on one mesh, and by the error of discretisation on others.
             cluster: table.cluster.unwrap_or(if is_same { 1e-5 } else { 1e-2 }),
+            count: table.count,
             kernel: table.drop_kernel,
             exact,
             exact_rtol: table.exact_rtol,

@@ -1,6 +1,7 @@
 //! Results of two meshes of one domain, compared as functions on the intersection of the meshes.
 
 mod clip;
+mod derived;
 mod domain;
 mod element;
 mod exact;
@@ -10,6 +11,7 @@ mod geometry;
 mod gram;
 mod judged;
 mod map;
+mod moments;
 mod norms;
 mod overlay;
 mod project;
@@ -21,6 +23,7 @@ mod tree;
 mod tests;
 
 pub(crate) use clip::{measure, subtract};
+pub use derived::derive;
 pub use exact::{Exact, Size, error_against};
 pub(crate) use free::{Carried, Known};
 pub use gram::Modes;

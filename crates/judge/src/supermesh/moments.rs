@@ -1,0 +1,335 @@
+//! Functions of RT0 and N1curl from their moments on facets and edges, as a table keyed by vertices has them.
+
+use std::collections::HashMap;
+
+use super::clip::{cross, dot, subtract};
+use super::domain::Domain;
+use super::small::barycentric;
+use crate::parts::number;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::Result;
+use faceoff_mesh::field::{ResultField, Results};
+
+/// An element whose functions follow from one number per facet or edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Element {
+    /// The flux through each facet: in the plane from left to right of the edge from its lower to its higher vertex number; in space along
+    /// (b - a) × (c - a) for vertices a < b < c.
+    RaviartThomas,
+    /// The integral of the tangential component along each edge, from its lower to its higher vertex number.
+    Nedelec,
+}
+
+impl Element {
+    /// `RT0(q)` is the function of RT0 with the column q.
+    pub fn named(name: &str) -> Option<(Self, &str)> {
+        let all = [
+            ("RT0(", Element::RaviartThomas),
+            ("N1curl(", Element::Nedelec),
+        ];
+        all.into_iter().find_map(|(start, element)| {
+            Some((element, name.strip_prefix(start)?.strip_suffix(')')?))
+        })
+    }
+
+    /// The corners of each facet or edge of a simplex, by their positions in it.
+    fn carriers(self, dim: usize) -> Vec<Vec<usize>> {
+        match self {
+            Element::RaviartThomas => (0..=dim)
+                .map(|i| (0..=dim).filter(|j| *j != i).collect())
+                .collect(),
+            Element::Nedelec => (0..=dim)
+                .flat_map(|i| (0..i).map(move |j| vec![j, i]))
+                .collect(),
+        }
+    }
+}
+
+/// A row is keyed by the sorted numbers of its vertices.
+fn key(vertices: impl Iterator<Item = u32>) -> [u32; 3] {
+    let mut key = [u32::MAX; 3];
+    key.iter_mut()
+        .zip(vertices)
+        .for_each(|(k, vertex)| *k = vertex);
+    key.sort_unstable();
+    key
+}
+
+/// The function with these moments, linear on each cell of a mesh whose vertices the table numbers; or why there is none.
+///
+/// # Errors
+/// [`faceoff_mesh::Error::Ended`].
+pub(super) fn function(
+    table: &Results,
+    mesh: &Results,
+    element: Element,
+    name: &str,
+) -> Result<Result<Results, String>> {
+    let refuse = |why: String| Ok(Err(why));
+    let domain = Domain::divided(mesh, 0.0)?;
+    let dim = domain.dim;
+    let carriers = element.carriers(dim);
+    let width = carriers[0].len();
+    if domain
+        .elements
+        .iter()
+        .any(|of| of.degree > 1 || of.is_product())
+    {
+        return refuse("the mesh has other cells than straight triangles or tetrahedra".into());
+    }
+    if table.width != width || !table.points.is_empty() {
+        let columns = &["v0", "v1", "v2"][..width.min(3)];
+        return refuse(format!("its rows are not keyed by {}", columns.join(",")));
+    }
+    let mut named = table.on_cells.iter().filter(|field| field.name == name);
+    let (Some(field), None) = (named.next(), named.next()) else {
+        return refuse("it is not one column".into());
+    };
+    if field.at.is_some() || field.components != 1 {
+        return refuse("some rows have no value".into());
+    }
+    let mut rows = HashMap::with_capacity(table.cell_count());
+    for row in 0..table.cell_count() {
+        let of = key(table.cell(row));
+        if rows.insert(of, (field.values[row], false)).is_some() {
+            return refuse(format!("vertices {:?} have two rows", &of[..width]));
+        }
+    }
+    let ids = crate::comparison::by_id(mesh);
+    let (mut points, mut values) = (Vec::new(), Vec::new());
+    for piece in &domain.pieces {
+        cancel::check()?;
+        let corners: Vec<u32> = mesh.cell(piece.cell as usize).collect();
+        let vertices: Vec<u32> = corners.iter().map(|point| number(&ids, *point)).collect();
+        let origin = mesh.points[corners[0] as usize];
+        let mut x = [[0.0; 3]; 4];
+        for (x, point) in x.iter_mut().zip(&corners) {
+            *x = subtract(&mesh.points[*point as usize], &origin);
+            x[dim..].fill(0.0);
+        }
+        let gradients = barycentric(dim, &x);
+        let mut at = vec![[0.0; 3]; dim + 1];
+        for carrier in &carriers {
+            let of = key(carrier.iter().map(|k| vertices[*k]));
+            let Some((moment, is_used)) = rows.get_mut(&of) else {
+                return refuse(format!(
+                    "vertices {:?} of cell {} have no row",
+                    &of[..width],
+                    piece.cell
+                ));
+            };
+            *is_used = true;
+            let mut ends = carrier.clone();
+            ends.sort_unstable_by_key(|k| vertices[*k]);
+            if element == Element::Nedelec {
+                let [a, b] = [ends[0], ends[1]];
+                for k in 0..3 {
+                    at[a][k] += *moment * gradients[b][k];
+                    at[b][k] -= *moment * gradients[a][k];
+                }
+                continue;
+            }
+            // f (x - x_i) / (d |K|), f outward; ∇λ_i points inward.
+            let opposite = (0..=dim).find(|k| !carrier.contains(k)).unwrap_or_default();
+            let along = subtract(&x[ends[1]], &x[ends[0]]);
+            let normal = match dim {
+                2 => [along[1], -along[0], 0.0],
+                _ => cross(&along, &subtract(&x[ends[2]], &x[ends[0]])),
+            };
+            let inward = dot(&normal, &gradients[opposite]);
+            let factor =
+                -*moment * inward.signum() / (dim as f64 * domain.piece_measure(piece).abs());
+            for (at, x_j) in at.iter_mut().zip(&x) {
+                let away = subtract(x_j, &x[opposite]);
+                (0..3).for_each(|k| at[k] += factor * away[k]);
+            }
+        }
+        points.extend(corners.iter().map(|point| mesh.points[*point as usize]));
+        values.extend(at.iter().flat_map(|v| &v[..dim]));
+    }
+    let unused = rows.iter().filter(|(_, (_, is_used))| !is_used);
+    if let Some(of) = unused.map(|(of, _)| of).min() {
+        return refuse(format!(
+            "the mesh has nothing between the vertices {:?} of a row",
+            &of[..width]
+        ));
+    }
+    let kinds = vec![(domain.elements[0].kind, domain.pieces.len())];
+    Ok(Ok(Results {
+        source: table.source.clone(),
+        space: dim,
+        width: dim + 1,
+        cells: (0..points.len() as u32).collect(),
+        points: points.into(),
+        kinds,
+        on_points: vec![ResultField {
+            components: dim,
+            values: values.into(),
+            ..field.clone()
+        }],
+        whole: table.whole.clone(),
+        unread: table.unread.clone(),
+        ..Results::default()
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::derive;
+    use faceoff_mesh::CellKind;
+
+    /// Two simplices, with vertices numbered against their places, and a function that the element has: its values and moments.
+    fn given(dim: usize, element: Element) -> (Results, Results) {
+        let points: Vec<[f64; 3]> = match dim {
+            2 => vec![
+                [1.0, 1.2, 0.0],
+                [0.1, 0.0, 0.0],
+                [1.0, 0.2, 0.0],
+                [-0.3, 1.0, 0.0],
+            ],
+            _ => vec![
+                [0.2, 0.1, 1.0],
+                [0.0, 0.0, 0.1],
+                [1.0, 0.0, 0.0],
+                [0.1, 1.1, 0.0],
+                [0.3, 0.2, -1.0],
+            ],
+        };
+        let cells: Vec<u32> = match dim {
+            2 => vec![2, 0, 1, 0, 3, 1],
+            _ => vec![1, 2, 3, 0, 1, 3, 2, 4],
+        };
+        let mesh = Results {
+            source: "mesh".into(),
+            space: dim,
+            width: dim + 1,
+            kinds: vec![([CellKind::Triangle, CellKind::Tetrahedron][dim - 2], 2)],
+            points: points.clone().into(),
+            cells: cells.clone().into(),
+            ..Results::default()
+        };
+        let mut rows: Vec<Vec<u32>> = Vec::new();
+        for cell in cells.chunks(dim + 1) {
+            for carrier in element.carriers(dim) {
+                let mut of: Vec<u32> = carrier.iter().map(|k| cell[*k]).collect();
+                of.sort_unstable();
+                rows.push(of);
+            }
+        }
+        rows.sort();
+        rows.dedup();
+        let u = value(dim, element);
+        // Of a linear function: the value in the middle times the direction.
+        let moment = |of: &Vec<u32>| {
+            let x: Vec<[f64; 3]> = of.iter().map(|p| points[*p as usize]).collect();
+            let middle = [0, 1, 2].map(|k| x.iter().map(|x| x[k]).sum::<f64>() / x.len() as f64);
+            let along = subtract(&x[1], &x[0]);
+            let direction = match (element, dim) {
+                (Element::Nedelec, _) => along,
+                (_, 2) => [along[1], -along[0], 0.0],
+                _ => cross(&along, &subtract(&x[2], &x[0])).map(|n| 0.5 * n),
+            };
+            dot(&u(&middle), &direction)
+        };
+        let table = Results {
+            source: "q.csv".into(),
+            space: 2,
+            width: rows[0].len(),
+            on_cells: vec![ResultField {
+                name: "q".into(),
+                components: 1,
+                values: rows.iter().map(moment).collect(),
+                rest: None,
+                at: None,
+                scaled_by: None,
+                single: false,
+            }],
+            // The order in a row says nothing.
+            cells: rows
+                .iter()
+                .flat_map(|of| of.iter().rev().copied())
+                .collect(),
+            ..Results::default()
+        };
+        (table, mesh)
+    }
+
+    fn value(dim: usize, element: Element) -> impl Fn(&[f64; 3]) -> [f64; 3] {
+        move |x| {
+            let mut v = match element {
+                Element::RaviartThomas => [0.7 + 2.0 * x[0], -0.2 + 2.0 * x[1], 0.4 + 2.0 * x[2]],
+                Element::Nedelec if dim == 2 => [0.7 - 3.0 * x[1], -0.2 + 3.0 * x[0], 0.0],
+                Element::Nedelec => {
+                    let turned = cross(&[1.0, -2.0, 3.0], x);
+                    [0.7 + turned[0], -0.2 + turned[1], 0.4 + turned[2]]
+                }
+            };
+            v[dim..].fill(0.0);
+            v
+        }
+    }
+
+    #[test]
+    fn functions_follow_from_their_moments() {
+        for (dim, element) in [2, 3]
+            .into_iter()
+            .flat_map(|dim| [Element::RaviartThomas, Element::Nedelec].map(|of| (dim, of)))
+        {
+            let (table, mesh) = given(dim, element);
+            let found = function(&table, &mesh, element, "q").unwrap().unwrap();
+            let u = value(dim, element);
+            let values = found.on_points[0].values.chunks(dim);
+            for (x, v) in found.points.iter().zip(values) {
+                let exact = u(x);
+                assert!(
+                    (0..dim).all(|k| (v[k] - exact[k]).abs() < 1e-13),
+                    "{dim} {element:?} {x:?}: {v:?}"
+                );
+            }
+            let (name, operator, exact) = match (element, dim) {
+                (Element::RaviartThomas, 2) => ("RT0(q)", "div", vec![4.0]),
+                (Element::RaviartThomas, _) => ("RT0(q)", "div", vec![6.0]),
+                (Element::Nedelec, 2) => ("N1curl(q)", "curl", vec![6.0]),
+                (Element::Nedelec, _) => ("N1curl(q)", "curl", vec![2.0, -4.0, 6.0]),
+            };
+            let mut side = table.clone();
+            let derived = format!("{operator}({name})");
+            assert!(derive(&mut side, &derived, Some(&mesh)).unwrap());
+            for row in side.on_cells[0].values.chunks(exact.len()) {
+                assert!(
+                    row.iter().zip(&exact).all(|(v, e)| (v - e).abs() < 1e-12),
+                    "{row:?}"
+                );
+            }
+            assert!(derive(&mut table.clone(), name, None).is_err());
+        }
+    }
+
+    #[test]
+    fn tables_of_no_function_are_refused() {
+        let (table, mesh) = given(2, Element::RaviartThomas);
+        let refused = |change: &dyn Fn(&mut Results)| {
+            let mut table = table.clone();
+            change(&mut table);
+            function(&table, &mesh, Element::RaviartThomas, "q")
+                .unwrap()
+                .unwrap_err()
+        };
+        assert!(refused(&|t| t.cells.to_mut()[0] = 9).contains("have no row"));
+        let twice = |t: &mut Results| {
+            t.cells.to_mut().extend([3, 2]);
+            t.on_cells[0].values.to_mut().push(1.0);
+        };
+        assert!(refused(&twice).contains("nothing between the vertices [2, 3]"));
+        let same = |t: &mut Results| {
+            let first = [t.cells[1], t.cells[0]];
+            t.cells.to_mut().extend(first);
+            t.on_cells[0].values.to_mut().push(1.0);
+        };
+        assert!(refused(&same).contains("two rows"));
+        assert!(refused(&|t| t.on_cells[0].at = Some(vec![0])).contains("no value"));
+        assert!(refused(&|t| t.width = 3).contains("not keyed by v0,v1"));
+        assert!(refused(&|t| t.on_cells[0].name = "p".into()).contains("not one column"));
+    }
+}
