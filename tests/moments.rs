@@ -123,3 +123,98 @@ fn circulations_of_maxwell_are_functions_of_nedelec_with_a_curl() {
         assert_eq!(verdicts(&told, "curl(u)", true), [of_curl; 2], "{said}");
     }
 }
+
+const IN_SPACE: &str = r#"name = "space"
+[mesh]
+generator = "union-cube"
+n = 2
+[spaces]
+q = "RT0"
+u = "N1curl"
+[data]
+f = ["1 + y*z", "x - z", "x*y"]
+[form]
+F = "dot(q - f, test.q)*dx + dot(u - f, v)*dx"
+[codes]
+use = ["rust"]
+[codes.mine]
+command = ["FreeFem++-nw", "-v", "0", "mine.edp", "{mesh}", "{out}/all.vtu"]
+mesh = "medit"
+result = ["all.vtu.q.csv", "all.vtu.u.csv"]
+[fields.q]
+names = { mine = "RT0(flux)" }
+[fields."div(q)"]
+names = { mine = "div(RT0(flux))" }
+[fields.u]
+names = { mine = "N1curl(moments)" }
+[fields."curl(u)"]
+names = { mine = "curl(N1curl(moments))" }
+"#;
+
+#[test]
+fn facets_and_edges_in_space_make_functions() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "form.toml", IN_SPACE);
+    let alone = IN_SPACE.split_once("[codes]").unwrap().0.to_owned();
+    write(at, "alone.toml", &(alone + "[codes]\nuse = [\"rust\"]\n"));
+    let ran = run(at, &["write", "alone.toml", "--for", "freefem"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let more = "include \"moments3.idp\"\nfespace Fh(Th, RT03d);\nfespace Eh(Th, Edge03d);\n\
+                Fh [a1, a2, a3] = [q1, q2, q3];\nEh [b1, b2, b3] = [u1, u2, u3];\n\
+                writeFluxes(writes + \".q.csv\", Th, \"flux\", a1[]);\nwriteCirculations(writes + \".u.csv\", Th, \"moments\", b1[]);\n";
+    write(at, "mine.edp", &(ran.stdout + more));
+    let helper = "moments3.idp";
+    fs::copy(source("examples/blank").join(helper), at.join(helper)).unwrap();
+    let (code, told, said) = verify(at, helper, ("", ""));
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(told["fields"].as_array().unwrap().len(), 4);
+    let (code, told, said) = verify(at, helper, ("<< -dofs[facet]", "<< dofs[facet]"));
+    assert_eq!(code, Some(1), "{said}");
+    let verdicts = told["fields"].as_array().unwrap().iter();
+    let verdicts: Vec<&str> = verdicts.map(|of| of["verdict"].as_str().unwrap()).collect();
+    assert_eq!(
+        verdicts,
+        ["agree", "disagree", "disagree", "agree"],
+        "{said}"
+    );
+}
+
+/// In the plane q = (1 + 2x, 3 + 2y) on two triangles, as a table and as a function; the divergence is 4.
+#[test]
+fn a_table_is_compared_with_a_function_on_a_given_mesh() {
+    let folder = folder();
+    let at = folder.path();
+    let mesh = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n$EndNodes\n\
+                $Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 1 1 1 3 4\n$EndElements\n";
+    write(at, "m.msh", mesh);
+    let table = "v0,v1,q\n0,1,-3\n1,2,3\n2,0,-2\n2,3,5\n0,3,1\n";
+    write(at, "a.csv", table);
+    // Another order of rows and vertices.
+    write(
+        at,
+        "b.csv",
+        "v0,v1,f\n3,2,5\n1,0,-3\n0,2,-2\n3,0,1\n1,2,3.00001\n",
+    );
+    let compare = |words: &[&str]| run(at, &[&["compare", "a.csv", "b.csv"], words].concat());
+    let pair = [
+        "--mesh",
+        "m.msh",
+        "--pair",
+        "RT0(q)=RT0(f)",
+        "--only",
+        "RT0(q)",
+    ];
+    assert_eq!(compare(&pair).code, Some(1));
+    assert_eq!(
+        compare(&[&pair[..], &["--rtol", "1e-4"]].concat()).code,
+        Some(0)
+    );
+    let without = compare(&pair[2..]);
+    assert_eq!(without.code, Some(2));
+    assert!(without.stderr.contains("--mesh"), "{}", without.stderr);
+    // A name that neither has is no agreement about it.
+    let typed = compare(&[&pair[..], &["--rtol", "1e-4", "--only", "div(q)"]].concat());
+    assert_eq!(typed.code, Some(2), "{}", typed.stdout);
+    assert!(typed.stderr.contains("has `div(q)`"), "{}", typed.stderr);
+}

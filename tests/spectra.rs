@@ -391,3 +391,43 @@ fn modes_of_a_cavity_agree_beside_their_kernel() {
     assert_eq!(code, Some(1));
     assert!(said.contains("dolfinx has the spurious 5, 5"), "{said}");
 }
+
+#[test]
+fn modes_on_other_meshes_are_compared_as_functions() {
+    let folder = folder();
+    let at = folder.path();
+    scripts(at);
+    let spectrum = "rtol = 2e-2\nangle = 2e-2\ncount = 4\n";
+    let all = file("generator = \"union-jack\"\nn = 8", 6, spectrum);
+    let [start, end] = ["[codes.dolfinx]", "[spectra.s]"].map(|name| all.find(name).unwrap());
+    let all = [&all[..start], &all[end..]].concat();
+    let own = all
+        .replace(
+            "\"modes_skfem.py\", \"{mesh}\"",
+            "\"modes_skfem.py\", \"-\"",
+        )
+        .replace("mesh = \"msh2\"", "mesh = \"none\"")
+        .replace("same = \"discretisation\"", "same = \"problem\"");
+    write(at, "all.toml", &own);
+    let script = fs::read_to_string(at.join("modes_skfem.py")).unwrap();
+    let script = script
+        .replace("read = meshio.read(sys.argv[1])\n", "")
+        .replace(
+            "MeshTri(read.points[:, :2].T, read.cells_dict[\"triangle\"].T)",
+            "MeshTri.init_tensor(*2*(np.linspace(0, 1, 8)**1.1,))",
+        );
+    fs::write(at.join("modes_skfem.py"), script).unwrap();
+    // A pair may come in any basis; a mode is told from a mixture of two.
+    let turned =
+        "modes[free] = vectors\nmodes[:, 1:3] = modes[:, 1:3] @ np.array([[2, 1], [-1, 1]])";
+    let mixed = "modes[free] = vectors\nmodes[:, 0] += 0.1*modes[:, 3]";
+    let missing = "modes[free] = vectors\nvalues[1:] = values[1:] + values[1]/2";
+    for (to, expected) in [(turned, Some(0)), (mixed, Some(1)), (missing, Some(1))] {
+        let (code, told, said) = verify(at, "modes_skfem.py", ("modes[free] = vectors", to));
+        assert_eq!(code, expected, "{to}: {said}");
+        let spaces = of_pair(&told, ["freefem", "skfem"])["spaces"].as_array();
+        let first = spaces.unwrap()[0]["sine"].as_f64().unwrap();
+        assert_eq!(first > 2e-2, to == mixed, "{to}: {said}");
+        assert!(first > 1e-7, "other meshes, other modes: {said}");
+    }
+}

@@ -413,8 +413,8 @@ pub(super) struct Compare {
     pub scene: Option<String>,
     #[command(flatten)]
     pub trust: Trust,
-    /// Judge this field alone, or those of a pattern as in `u*`, a component as in `u[0]`, or a magnitude as in `|u|`; may be given
-    /// several times [default: every field of either file]
+    /// Judge this field alone, or those of a pattern as in `u*`, a component as in `u[0]`, a magnitude as in `|u|`, a
+    /// divergence or curl as in `div(u)`; may be given several times [default: every field of either file]
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
     /// Leave this field out, or those of a pattern; may be given several times
@@ -426,6 +426,9 @@ pub(super) struct Compare {
     /// What A calls NAME is called OTHER in B, as in "speed=|u|"; may be given several times
     #[arg(long, value_name = "NAME=OTHER", value_parser = pair)]
     pub pair: Vec<(String, String)>,
+    /// The mesh whose vertices tables with `v0,v1[,v2]` number, from 0, for fields as `RT0(q)` and `N1curl(u)`
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
     /// Judge cells of this dimension alone, where one file holds those of the boundary as well
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u8).range(0..=3))]
     pub dim: Option<u8>,

@@ -65,6 +65,8 @@ struct Request<'a> {
     arguments: &'a Compare,
     tolerances: Tolerances,
     python: Option<PathBuf>,
+    /// That of tables by vertices.
+    mesh: Option<Results>,
     quiet: bool,
     tell: &'a dyn Fn(String),
 }
@@ -109,10 +111,16 @@ impl<'a> Request<'a> {
             report::check_vtu_path(out)?;
         }
         let reads = sides.iter().any(|side| matches!(side, Side::Path(_)));
+        let python = reads.then(meshio_python).flatten();
+        let mesh = arguments
+            .mesh
+            .as_deref()
+            .map(|path| Series::open(path, python.as_deref())?.read(0, python.as_deref()));
         Ok(Request {
             arguments,
             tolerances: tolerances(arguments, scene_bounds(scene.as_ref())?),
-            python: reads.then(meshio_python).flatten(),
+            mesh: mesh.transpose()?,
+            python,
             quiet,
             tell,
         })
@@ -320,7 +328,8 @@ impl<'a> Request<'a> {
         identical: bool,
     ) -> Result<(Comparison, Results)> {
         let arguments = self.arguments;
-        pair(&mut of_b, &mut of_a, &arguments.pair)?;
+        let mesh = self.mesh.as_ref();
+        pair(&mut of_b, &mut of_a, &arguments.pair, mesh)?;
         for side in [&mut of_a, &mut of_b] {
             let others = arguments.dim.map_or(0, |dim| side.keep_dimension(dim));
             if others > 0 {
@@ -349,8 +358,26 @@ impl<'a> Request<'a> {
         };
         for side in [&mut of_a, &mut of_b] {
             for name in &arguments.only {
-                let _is_known = side.has(name) || derive(side, name, None)?;
+                let _is_known = side.has(name) || derive(side, name, mesh)?;
             }
+        }
+        // Of folders, other files may have it.
+        let is_known = |name: &&String| {
+            [&of_a, &of_b].iter().any(|side| {
+                side.has(name)
+                    || side.unread.iter().any(|part| matches(name, &part.name))
+                    || side.groups.iter().any(|group| {
+                        matches(name, &group.tag.to_string())
+                            || group.name.as_ref().is_some_and(|of| matches(name, of))
+                    })
+            })
+        };
+        let mut asked = arguments.only.iter().filter(|_| !arguments.a.is_dir());
+        if let Some(name) = asked.find(|name| !is_known(name)) {
+            let what = format!("neither {} nor {} has `{name}`", of_a.source, of_b.source);
+            return Err(Error::usage(what, "name a field that one of them has"));
+        }
+        for side in [&mut of_a, &mut of_b] {
             let others = side.keep_only(|name| is_asked(name) && !is_left_out(name));
             if !others.is_empty() {
                 (self.tell)(format!("{}: left out {}", side.source, others.join(", ")));
@@ -520,16 +547,21 @@ fn scene_bounds(scene: Option<&Scene>) -> Result<Option<&Comparing>> {
 }
 
 /// Gives fields of the second file the names that the first has for them; either may be a component or a magnitude.
-fn pair(b: &mut Results, a: &mut Results, pairs: &[(String, String)]) -> Result<()> {
+fn pair(
+    b: &mut Results,
+    a: &mut Results,
+    pairs: &[(String, String)],
+    mesh: Option<&Results>,
+) -> Result<()> {
     for (name, other) in pairs {
         let missing = |source: &str, field: &str| {
             let what = format!("{source} has no field `{field}`");
             Error::usage(what, "give --pair the names of a field in either file")
         };
-        if !a.has(name) && !derive(a, name, None)? {
+        if !a.has(name) && !derive(a, name, mesh)? {
             return Err(missing(&a.source, name));
         }
-        let known = b.has(other) || derive(b, other, None)?;
+        let known = b.has(other) || derive(b, other, mesh)?;
         if !known || !b.rename(other, name) {
             return Err(missing(&b.source, other));
         }

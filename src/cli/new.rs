@@ -32,7 +32,7 @@ impl Template {
             Template::Blank => (
                 "blank",
                 template!("blank":
-                "README.md" "blank.edp" "blank.py" "blank.toml" "compat.py" "moments.idp" "vtu.idp"),
+                "README.md" "blank.edp" "blank.py" "blank.toml" "compat.py" "moments.idp" "moments3.idp" "vtu.idp"),
             ),
             Template::Obstacle => (
                 "obstacle",

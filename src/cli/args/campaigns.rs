@@ -30,8 +30,8 @@ pub(in crate::cli) struct Orders {
         allow_hyphen_values = true
     )]
     pub exact: Vec<String>,
-    /// Of results: the field, or a component or magnitude as in `u[0]` or `|u|`; may be given several times [default: all that
-    /// they share]
+    /// Of results: the field, or a component, magnitude or divergence as in `u[0]`, `|u|` or `div(u)`; may be given several
+    /// times [default: all that they share]
     #[arg(long, value_name = "NAME", requires = "results")]
     pub only: Vec<String>,
     /// cr, p1, p2, a member of the family (2.4) as in "p2(1,0)", p1-vi, cr-vi, penalty, multiplier

@@ -47,7 +47,7 @@ pub fn derive(side: &mut Results, name: &str, mesh: Option<&Results>) -> Result<
         }
         let Some(mesh) = mesh else {
             let what = "there is no mesh whose vertices its rows could have";
-            let remedy = "compare it in a face-off whose codes share a mesh";
+            let remedy = "give it, as by --mesh, or compare in a face-off whose codes share one";
             return Err(refuse(&side.source, what.into(), remedy));
         };
         let mut found = moments::function(side, mesh, element, of)?.map_err(|why| {

@@ -103,7 +103,14 @@ impl<'a> Modes<'a> {
             &Domain::new(&a[0], self.near)?,
             &Domain::new(&b[0], self.near)?,
         ];
-        let functions = [functions(a)?, functions(b)?];
+        let mut functions = [functions(a)?, functions(b)?];
+        let components = || functions.iter().flatten().map(|f| f.components);
+        // In the plane a vector may have a third component, 0, as VTK requires.
+        if domains[0].dim == 2 && components().all(|n| n == 2 || n == 3) {
+            let most = components().max().unwrap_or_default();
+            let each = functions.iter_mut().flatten();
+            each.for_each(|f| f.components = most);
+        }
         let functions = [&functions[0][..], &functions[1][..]];
         let components = functions[0][0].components;
         let other = functions.iter().flat_map(|of| of.iter());

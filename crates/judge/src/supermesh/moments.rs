@@ -8,7 +8,7 @@ use super::small::barycentric;
 use crate::parts::number;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
-use faceoff_mesh::field::{ResultField, Results};
+use faceoff_mesh::field::{ResultField, Results, Unread};
 
 /// An element whose functions follow from one number per facet or edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -154,6 +154,19 @@ pub(super) fn function(
             &of[..width]
         ));
     }
+    // What else the table has is not on this mesh, and must not be lost in silence, by whatever name it is asked for.
+    let others = table.on_cells.iter().filter(|other| other.name != name);
+    let others = others.flat_map(|other| {
+        let other = &other.name;
+        let what =
+            format!("`{other}` is another column of the table of `{name}`: compare it by itself");
+        [
+            other.clone(),
+            format!("RT0({other})"),
+            format!("N1curl({other})"),
+        ]
+        .map(|name| Unread::new(name, what.clone()))
+    });
     let kinds = vec![(domain.elements[0].kind, domain.pieces.len())];
     Ok(Ok(Results {
         source: table.source.clone(),
@@ -168,7 +181,7 @@ pub(super) fn function(
             ..field.clone()
         }],
         whole: table.whole.clone(),
-        unread: table.unread.clone(),
+        unread: table.unread.iter().cloned().chain(others).collect(),
         ..Results::default()
     }))
 }
@@ -331,5 +344,16 @@ mod tests {
         assert!(refused(&|t| t.on_cells[0].at = Some(vec![0])).contains("no value"));
         assert!(refused(&|t| t.width = 3).contains("not keyed by v0,v1"));
         assert!(refused(&|t| t.on_cells[0].name = "p".into()).contains("not one column"));
+        // Another column is not lost in silence.
+        let mut both = table.clone();
+        let p = ResultField {
+            name: "p".into(),
+            ..table.on_cells[0].clone()
+        };
+        both.on_cells.push(p);
+        let found = function(&both, &mesh, Element::RaviartThomas, "q")
+            .unwrap()
+            .unwrap();
+        assert_eq!(found.unread[0].name, "p");
     }
 }
