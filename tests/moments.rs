@@ -216,5 +216,9 @@ fn a_table_is_compared_with_a_function_on_a_given_mesh() {
     // A name that neither has is no agreement about it.
     let typed = compare(&[&pair[..], &["--rtol", "1e-4", "--only", "div(q)"]].concat());
     assert_eq!(typed.code, Some(2), "{}", typed.stdout);
-    assert!(typed.stderr.contains("has `div(q)`"), "{}", typed.stderr);
+    assert!(
+        typed.stderr.contains("has no field `div(q)`"),
+        "{}",
+        typed.stderr
+    );
 }

@@ -361,20 +361,23 @@ impl<'a> Request<'a> {
                 let _is_known = side.has(name) || derive(side, name, mesh)?;
             }
         }
-        // Of folders, other files may have it.
+        // Of folders, other files may have it; a field that was paired has the other name.
         let is_known = |name: &&String| {
-            [&of_a, &of_b].iter().any(|side| {
-                side.has(name)
-                    || side.unread.iter().any(|part| matches(name, &part.name))
-                    || side.groups.iter().any(|group| {
-                        matches(name, &group.tag.to_string())
-                            || group.name.as_ref().is_some_and(|of| matches(name, of))
-                    })
-            })
+            let is_paired = arguments.pair.iter().any(|(_, other)| other == *name);
+            is_paired
+                || [&of_a, &of_b].iter().any(|side| {
+                    side.has(name)
+                        || side.unread.iter().any(|part| matches(name, &part.name))
+                        || side.groups.iter().any(|group| {
+                            matches(name, &group.tag.to_string())
+                                || group.name.as_ref().is_some_and(|of| matches(name, of))
+                        })
+                })
         };
         let mut asked = arguments.only.iter().filter(|_| !arguments.a.is_dir());
         if let Some(name) = asked.find(|name| !is_known(name)) {
-            let what = format!("neither {} nor {} has `{name}`", of_a.source, of_b.source);
+            let [a, b] = [&of_a.source, &of_b.source];
+            let what = format!("{a} has no field `{name}`, nor has {b}");
             return Err(Error::usage(what, "name a field that one of them has"));
         }
         for side in [&mut of_a, &mut of_b] {
