@@ -63,7 +63,10 @@ fn rows_table<'a>(rows: impl Iterator<Item = &'a OfSpectra>) -> Table {
 
 /// Every value of either code, with the space that its mode belongs to.
 fn values_table(of: &OfSpectra) -> Table {
-    let alone = |k: usize| of.alone[k].iter().map(move |value| (k, *value));
+    let alone = |k: usize| {
+        let all = of.alone[k].iter().chain(&of.beyond[k]);
+        all.map(move |value| (k, *value))
+    };
     let mut rows: Vec<[Option<f64>; 2]> = of.values.iter().map(|pair| pair.map(Some)).collect();
     rows.extend(alone(0).chain(alone(1)).map(|(k, value)| {
         let mut row = [None; 2];
