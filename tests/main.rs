@@ -15,6 +15,7 @@ mod engines;
 mod face_off;
 mod face_off_limits;
 mod face_off_scripts;
+mod face_off_sweep;
 mod face_off_times;
 mod false_alarms;
 mod faults;

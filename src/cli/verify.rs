@@ -6,12 +6,13 @@ use std::path::Path;
 use super::args::{Running, Verify};
 use super::progress::watched;
 use super::{DONE, FAILED, code, engines};
-use crate::campaigns::face_off;
+use crate::campaigns::face_off::{self, Cost};
+use crate::campaigns::study::duration;
 use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
-use crate::engine::{self, Engine, Launch, Settings, typed};
+use crate::engine::{self, Engine, Launch, Settings, quoted, typed};
 use crate::report::console::note;
 use crate::report::{self, Output, Verified, deliver};
-use crate::run::{Code, FaceOff, Failure, Record, Store, is_face_off};
+use crate::run::{Code, FaceOff, Failure, Point, Record, Store, is_face_off};
 use faceoff_fem::contact::Stop;
 use faceoff_fem::scene::Scene;
 use faceoff_judge::Verdict;
@@ -24,6 +25,10 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
         .any(|name| is_face_off(name.as_ref()))
     {
         return of_file(arguments, to);
+    }
+    if !arguments.set.is_empty() {
+        let what = "--set is for parameters of face-off files and forms, and scenes have none";
+        return Err(Error::usage(what, "leave it out"));
     }
     let scenes = match &arguments.scenes[..] {
         [] => Scene::builtin_names().map(str::to_owned).collect(),
@@ -117,6 +122,16 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
             }
         }));
     }
+    if !arguments.set.is_empty() {
+        let point: Point = arguments.set.iter().cloned().collect();
+        if point.len() < arguments.set.len() {
+            return Err(Error::usage(
+                "--set names a parameter twice",
+                "name it once",
+            ));
+        }
+        of = of.at(&point)?;
+    }
     if !arguments.n.is_empty() {
         of = of.with_n(arguments.n.iter().map(|&n| n as usize).collect())?;
     }
@@ -126,6 +141,21 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     let programs = of.codes.iter().filter(is_live).filter_map(Code::program);
     may_start("verify", name.as_ref(), arguments.run, programs)?;
     let record = arguments.against.as_deref().map(Record::read).transpose()?;
+    let sweep = of.sweep.take();
+    let kept = [
+        ("--record", arguments.record.is_some()),
+        ("--against", record.is_some()),
+    ];
+    if let (Some(sweep), Some((option, _))) = (&sweep, kept.iter().find(|(_, is)| *is)) {
+        let what = format!(
+            "{option} is of one point, and {name} has a sweep over {}",
+            sweep.names.join(", ")
+        );
+        return Err(Error::usage(
+            what,
+            "fix each of them by --set NAME=VALUE, or by --n",
+        ));
+    }
     if let Some(folder) = &arguments.record {
         report::check_baseline_folder(folder)?;
     }
@@ -144,8 +174,15 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         against: record.as_ref(),
         diagnose: arguments.diagnose,
     };
-    let mut outcome = watched(&[], vec![], to.quiet, |progress| {
-        face_off::face_off(&of, &how, progress)
+    let command = |point: &Point| typed_at(arguments, name, point);
+    let mut told = |cost: Cost| {
+        if !to.quiet {
+            note!("faceoff: {}", words_of(cost));
+        }
+    };
+    let mut outcome = watched(&[], vec![], to.quiet, |progress| match &sweep {
+        Some(sweep) => face_off::swept(&of, sweep, &how, progress, &mut told, &command),
+        None => face_off::face_off(&of, &how, progress),
     })?;
     outcome.missing = missing;
     deliver(&report::face_off(&outcome)?, to)?;
@@ -165,6 +202,44 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         })
     });
     Ok(code(outcome.verdict).max(recorded.transpose()?.unwrap_or(DONE)))
+}
+
+/// What a sweep takes.
+fn words_of(cost: Cost) -> String {
+    match cost.seconds {
+        None => format!(
+            "the sweep has {} points: {} runs of codes",
+            cost.points, cost.runs
+        ),
+        Some(left) => format!("the rest of the sweep takes about {}", duration(left)),
+    }
+}
+
+/// The command that runs one point of a sweep.
+fn typed_at(arguments: &Verify, name: &str, point: &Point) -> String {
+    let mut words = vec!["faceoff".to_owned(), "verify".into()];
+    words.extend(arguments.run.then(|| "--run".into()));
+    words.extend(arguments.allow_missing.then(|| "--allow-missing".into()));
+    if !arguments.engines.is_empty() {
+        words.extend(["--engines".into(), arguments.engines.join(",")]);
+    }
+    words.push(name.to_owned());
+    let fixed = arguments.set.iter().map(|(name, value)| (name, value));
+    let of_all = arguments
+        .n
+        .iter()
+        .map(u32::to_string)
+        .collect::<Vec<_>>()
+        .join(",");
+    let n = point
+        .get("n")
+        .cloned()
+        .or(Some(of_all).filter(|n| !n.is_empty()));
+    for (name, value) in fixed.chain(point).filter(|(name, _)| *name != "n") {
+        words.extend(["--set".into(), format!("{name}={value}")]);
+    }
+    words.extend(n.into_iter().flat_map(|n| ["--n".to_owned(), n]));
+    quoted(words)
 }
 
 /// Refuses a file that starts programs, unless the user says that it may: whoever wrote it would run commands with the user's rights.

@@ -42,6 +42,17 @@ pub(super) fn launcher(text: &str) -> Result<Words, String> {
     }
 }
 
+/// A parameter and its value.
+pub(super) fn setting(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some(("n", value)) => Err(format!("n is a refinement: give --n {value}")),
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err(format!("`{text}` is not NAME=VALUE")),
+    }
+}
+
 /// A positive number of units, so many seconds each.
 fn duration(number: &str, unit: f64) -> Option<Duration> {
     let seconds = number.parse::<f64>().ok()? * unit;

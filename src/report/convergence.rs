@@ -41,6 +41,11 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
             .rest
             .push(Block::Page(vec![Block::Figure(picture)]));
     }
+    let limiting = all
+        .iter()
+        .filter_map(|of| Some((of, of.limiting.as_ref()?)));
+    let limiting = limiting.map(|(of, found)| text!("In `{of.field}` {}.", found.words()));
+    report.story.rests_on = Text::joined(limiting, " ");
     report.inputs = all
         .first()
         .into_iter()

@@ -8,6 +8,7 @@ use super::model::{
 };
 use super::orders::{orders_figure, over_n};
 use super::spectra;
+use super::sweep;
 use super::systems;
 use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfForm, OfMeeting, OfNumber, OfOrder, OfPair, RowOfNumber,
@@ -31,7 +32,7 @@ pub(super) const NOT_JUDGED: &str = "not judged";
 pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     let question = "faceoff verify: do these codes agree?";
     let mut report = Report::judging("face-off", question, of.verdict, of)?;
-    let mut rest = Vec::new();
+    let mut rest: Vec<Block> = of.sweep.iter().flat_map(sweep::blocks).collect();
     for field in &of.fields {
         let shown = worst_times(field);
         let more = times_words(field);
@@ -86,8 +87,12 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         let shown = comparison.fields.iter().find(|f| f.on != On::Domain)?;
         Some(compared(comparison, of_a, shown))
     });
+    let claim = claim(of);
     report.story = Story {
-        claim: claim(of),
+        claim: match &of.sweep {
+            Some(along) => sweep::claim(along, &claim),
+            None => claim,
+        },
         rests_on: lede(of),
         picture: picture.collect(),
         next: next(of),
@@ -276,6 +281,7 @@ fn lede(of: &FaceOffOutcome) -> Text {
     let mut told: Vec<Text> = Vec::new();
     told.extend((!of.about.is_empty()).then(|| message(&of.about)));
     told.extend(of.systems.iter().map(systems::told));
+    told.extend(of.sweep.iter().map(sweep::words));
     let failures = of.runs.iter().filter_map(|run| run.failure.as_ref());
     told.extend(failures.take(1).map(message));
     if let Some((field, pair)) = farthest(of) {
@@ -350,7 +356,9 @@ fn order_words(of: &OfOrder) -> Option<Text> {
         ))
     });
     let low = low(of).map(|low| text!("`{of.found.field}` of {of.of} {low}."));
-    let all = Text::joined(low.into_iter().chain(limits), " ");
+    let limiting = of.found.limiting.as_ref();
+    let limiting = limiting.map(|found| text!("In {of.of} {}.", found.words()));
+    let all = Text::joined(low.into_iter().chain(limits).chain(limiting), " ");
     Some(all).filter(|all| !all.is_empty())
 }
 
@@ -360,6 +368,7 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     if of.verdict.passes() {
         return steps;
     }
+    steps.extend(of.sweep.as_ref().and_then(sweep::next));
     if of.runs.iter().any(|run| run.failure.is_some()) {
         steps.push(Todo::only("Keep the folders of the runs by --keep DIR; command.txt in each is what was typed, log.txt what it said."));
     }
@@ -367,7 +376,11 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     let is_wrong = |order: &&OfOrder| order.verdict == Some(Verdict::Disagree);
     let known = of.in_form.iter();
     let known = known.filter(|of| of.wrong().and_then(InForm::cause).is_some());
-    if let Some(order) = orders_of(of).find(is_wrong) {
+    let is_limited = |order: &OfOrder| order.found.limiting.is_some();
+    if let Some(order) = orders_of(of)
+        .find(is_wrong)
+        .filter(|order| !is_limited(order))
+    {
         let is_of_time = pairs.any(|p| p.t.is_some()) && odd_order(of).is_none();
         let is_constant = order.verdicts == [Some(Verdict::Disagree), Some(Verdict::Agree)];
         steps.push(Todo::only(match is_of_time && order.axis == "h" {
@@ -586,8 +599,10 @@ fn cases(of: &FaceOffOutcome) -> Vec<TestCase> {
     let missing = of.missing.iter();
     let missing = missing.map(|of| (format!("run of {}", of.engine), of.message.clone()));
     let silent = failed.chain(missing);
-    let mut cases: Vec<TestCase> = silent
-        .map(|(name, why)| test(name, Verdict::Undetermined, why))
+    let along = of.sweep.iter();
+    let mut cases: Vec<TestCase> = along
+        .flat_map(|along| sweep::cases(&of.name, along))
+        .chain(silent.map(|(name, why)| test(name, Verdict::Undetermined, why)))
         .collect();
     for field in &of.fields {
         let judged = worst_times(field).into_iter().filter(|pair| pair.judged);

@@ -32,6 +32,7 @@ mod solve;
 mod spectra;
 mod stress;
 mod study;
+mod sweep;
 mod systems;
 mod table;
 mod terminal;

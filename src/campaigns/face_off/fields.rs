@@ -289,11 +289,12 @@ fn errors(
             else {
                 return Ok(None);
             };
-            let Size { cells, h, .. } = Size::of(&results)?;
+            let Size { cells, h, measure } = Size::of(&results)?;
             steps.push(Step {
                 file: results.source,
                 cells,
                 h,
+                measure,
                 norms: Some(norms),
                 alone: None,
             });
@@ -327,7 +328,7 @@ fn errors(
 }
 
 /// ‖u_h - u‖ of a code; none where it has no such field.
-fn error(asked: &Asked, rung: &Rung, of: &Side) -> Result<Option<Norms>> {
+pub(super) fn error(asked: &Asked, rung: &Rung, of: &Side) -> Result<Option<Norms>> {
     let Ok(file) = file_of(of.left, asked, of.code) else {
         return Ok(None);
     };

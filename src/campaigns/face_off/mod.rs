@@ -5,10 +5,12 @@ mod cause;
 mod diagnosis;
 mod fields;
 mod in_form;
+mod limiting;
 mod meetings;
 mod numbers;
 mod orders;
 mod spectra;
+mod sweep;
 mod systems;
 mod times;
 
@@ -25,6 +27,7 @@ pub use fields::worst;
 pub use in_form::OfForm;
 pub use meetings::{Extrapolated, OfMeeting};
 pub use spectra::{OfSpectra, OfSpectrum};
+pub use sweep::{Cost, OfPoint, OfSweep, Smallest, swept};
 pub use systems::OfSystems;
 pub use times::short;
 
@@ -86,6 +89,9 @@ pub struct FaceOffOutcome {
     /// Where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diagnosis: Option<Diagnosis>,
+    /// Of a file with a sweep: all its points. The rest is about one of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sweep: Option<OfSweep>,
     /// The pair that is farthest from agreement, with the result of its first code.
     #[serde(skip)]
     pub shown: Option<(Comparison, Box<Results>)>,
@@ -300,7 +306,8 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
     }
     let mut shown = None;
     let judge = |asked| fields::judge(&players, asked, &rungs, &mut shown);
-    let fields = of.fields.iter().map(judge).collect::<Result<Vec<_>>>()?;
+    let mut fields = of.fields.iter().map(judge).collect::<Result<Vec<_>>>()?;
+    limiting::explain(of, how, &players, &rungs, &mut fields, progress)?;
     let numbers = of.numbers.iter();
     let numbers: Vec<OfNumber> = numbers
         .map(|asked| numbers::judge(&players, asked, &rungs))
@@ -336,6 +343,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         spectra,
         systems,
         diagnosis,
+        sweep: None,
         shown: shown.map(|shown: fields::Shown| (shown.comparison, shown.of_a)),
     })
 }

@@ -1,13 +1,11 @@
 //! Observed orders of a field, of each code's error or of two codes' difference.
 
 use super::OfOrder;
-use crate::run::convergence::{Convergence, Found, Level as Step, Limit, Order, not_finer};
+use crate::run::convergence::{Convergence, Found, LOWER, Level as Step, Limit, Order, not_finer};
 use crate::run::{Asked, Level};
 use faceoff_judge::{Norms, Verdict};
 use faceoff_mesh::error::{Error, Result};
 
-/// An observed order may be so much lower than that of theory.
-const LOWER: f64 = 0.25;
 /// Meshes whose sizes differ by less are one.
 const ONE_MESH: f64 = 1e-9;
 

@@ -3,12 +3,14 @@
 
 mod fit;
 mod limit;
+mod limiting;
 mod meeting;
 
 use serde::Serialize;
 
 pub use fit::{Fit, Observed, Order, check_meshes};
 pub use limit::{Found, Limit};
+pub use limiting::Limiting;
 pub use meeting::{Course, Meeting};
 
 use faceoff_fem::scene::Expression;
@@ -16,6 +18,10 @@ use faceoff_judge::{Intersection, MatchBy, Norms, Settings, Size, compare_result
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
+use faceoff_mesh::mesh::CellKind;
+
+/// An observed order may be this much lower than that of theory.
+pub const LOWER: f64 = 0.25;
 
 /// What errors are taken against.
 pub enum Against {
@@ -40,6 +46,9 @@ pub struct Convergence {
     pub l2: Order,
     /// Of the broken seminorm; none where a field is constant on each cell.
     pub h1: Option<Order>,
+    /// Why an order is lower than that of theory, where that is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limiting: Option<Limiting>,
 }
 
 /// One result.
@@ -51,6 +60,9 @@ pub struct Level {
     pub cells: usize,
     /// (measure / cells)^(1/d)
     pub h: f64,
+    /// Of all cells.
+    #[serde(skip)]
+    pub measure: f64,
     /// Of the error; none of the finest against the next.
     #[serde(flatten)]
     pub norms: Option<Norms>,
@@ -75,8 +87,19 @@ impl Convergence {
                 .iter()
                 .any(|of| of.norms.is_some_and(|norms| norms.h1.is_some()))
                 .then_some(h1),
+            limiting: None,
             levels,
         }
+    }
+}
+
+impl Convergence {
+    /// Is an order on the finest levels lower than that of theory?
+    fn is_below(&self, theory: [f64; 2]) -> bool {
+        let orders = [Some(&self.l2), self.h1.as_ref()];
+        let last = orders.map(|order| order.and_then(|order| order.steps.last().copied()));
+        let mut both = last.into_iter().zip(theory);
+        both.any(|(order, theory)| order.is_some_and(|order| order < theory - LOWER))
     }
 }
 
@@ -111,12 +134,13 @@ pub fn convergence(
         return Err(Error::usage(what, remedy));
     }
     let bare = |result: &Results| {
-        let Size { cells, h, .. } = Size::of(result)?;
+        let Size { cells, h, measure } = Size::of(result)?;
         let file = result.source.clone();
         Ok(Level {
             file,
             cells,
             h,
+            measure,
             norms: None,
             alone: None,
         })
@@ -198,12 +222,36 @@ fn of_field(
             ..bare.clone()
         });
     }
+    let of_exact = match against {
+        Against::Exact(u) => Some(u),
+        _ => None,
+    };
     let against = match against {
         Against::Exact(_) => "exact",
         Against::Reference(_) => "reference",
         Against::Next => "next",
     };
-    Ok(Convergence::new(name, against, levels))
+    let mut found = Convergence::new(name, against, levels);
+    if let (Some(u), Some(finest)) = (of_exact, results.last()) {
+        let value = |x: [f64; 3], component: usize| u[component].with_gradient(x).0;
+        let theory = theory(finest, name);
+        if theory.is_some_and(|theory| found.is_below(theory)) {
+            let theory = theory.unwrap_or_default().map(Some);
+            found.limiting = Limiting::of(theory, &found, finest, u.len(), &value);
+        }
+    }
+    Ok(found)
+}
+
+/// The orders in L² and H¹ of functions of the degree of the cells; none of other fields than those on points.
+fn theory(of: &Results, name: &str) -> Option<[f64; 2]> {
+    of.on_points.iter().find(|field| field.name == name)?;
+    let order = |kind: &CellKind| kind.order().map(|order| order as f64);
+    let degree = of.kinds.iter().filter(|(kind, _)| kind.dim() > 1);
+    let degree = degree
+        .filter_map(|(kind, _)| order(kind))
+        .reduce(f64::max)?;
+    Some([degree + 1.0, degree])
 }
 
 /// ‖a - b‖ of one field over what two meshes have in common.

@@ -39,6 +39,11 @@ impl Formula {
         }
     }
 
+    /// Is a parameter of this name in it?
+    pub fn uses(&self, name: &str) -> bool {
+        self.text.contains(&format!("{{{name}}}"))
+    }
+
     fn filled(&self, parameters: &BTreeMap<String, String>) -> Result<String, String> {
         let value = |name: &str| parameters.get(name).map(|value| format!("({value})"));
         fill(&self.text, value)

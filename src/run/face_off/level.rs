@@ -67,7 +67,7 @@ pub(super) struct Axis {
 }
 
 /// The name of the axis of refinements, and of its placeholder.
-const N: &str = "n";
+pub(super) const N: &str = "n";
 
 impl Axis {
     /// The refinements of the mesh; none where it has none.
@@ -77,6 +77,15 @@ impl Axis {
             values: n.iter().map(usize::to_string).collect(),
             steps: n.iter().map(|n| 1.0 / *n as f64).collect(),
         })
+    }
+
+    /// A value that all levels share.
+    pub fn fixed(name: &str, value: &str) -> Self {
+        Axis {
+            name: name.to_owned(),
+            values: vec![value.to_owned()],
+            steps: Vec::new(),
+        }
     }
 
     pub fn is_refinement(&self) -> bool {

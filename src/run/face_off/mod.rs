@@ -29,6 +29,7 @@ mod integrals;
 mod level;
 mod parameters;
 mod spectra;
+mod sweep;
 mod tables;
 mod times;
 
@@ -43,6 +44,7 @@ pub use form::FormFile;
 pub use formula::{Formula, words};
 pub use level::{Label, Level};
 pub use spectra::Spectrum;
+pub use sweep::{Point, Sweep, place, rounded};
 pub use times::Judged;
 
 use faceoff_form::Problem;
@@ -79,6 +81,11 @@ pub struct FaceOff {
     pub numbers: Vec<Asked>,
     /// Those that are compared.
     pub spectra: Vec<Spectrum>,
+    /// The values for which all is solved again.
+    pub sweep: Option<Sweep>,
+    /// All that the file has, and who reads it: it is read again with other values.
+    tables: toml::Table,
+    reader: Reader,
 }
 
 /// Where the mesh comes from.
@@ -184,6 +191,13 @@ impl FaceOff {
     /// Not as many as a parameter has values.
     pub fn with_n(mut self, mut n: Vec<usize>) -> Result<Self> {
         n.sort_unstable();
+        let list: Vec<i64> = n.iter().map(|n| *n as i64).collect();
+        let mesh = self.tables.entry("mesh");
+        let mesh = mesh.or_insert_with(|| toml::Table::new().into());
+        if let Some(mesh) = mesh.as_table_mut() {
+            mesh.insert("n".to_owned(), list.into());
+        }
+        sweep::forget(&mut self.tables, [&"n".to_owned()].into_iter());
         self.axes.retain(|axis| !axis.is_refinement());
         self.axes.splice(0..0, Axis::refinements(&n));
         Level::all(&self.axes).map_err(|what| {

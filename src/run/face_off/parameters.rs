@@ -57,6 +57,11 @@ impl Reader {
             let what = format!("{{{name}}} has a meaning of its own");
             return Err(self.refuse(&place, what, "give it another name"));
         }
+        self.value_of(&place, value)
+    }
+
+    /// A number, a text, true or false.
+    pub(super) fn value_of(&self, place: &str, value: &toml::Value) -> Result<String> {
         match value {
             toml::Value::String(text) => Ok(text.clone()),
             toml::Value::Integer(number) => Ok(number.to_string()),
@@ -67,7 +72,7 @@ impl Reader {
             }),
             _ => {
                 let what = "it is neither a finite number nor a text".to_owned();
-                Err(self.refuse(&place, what, "give a number, a text, true or false"))
+                Err(self.refuse(place, what, "give a number, a text, true or false"))
             }
         }
     }

@@ -39,6 +39,7 @@ pub(super) struct File {
     numbers: toml::Table,
     #[serde(default)]
     spectra: toml::Table,
+    sweep: Option<toml::Value>,
     // Of a form, which is read by its own crate.
     pub form: Option<toml::Value>,
     spaces: Option<toml::Value>,
@@ -153,6 +154,7 @@ enum Given {
 }
 
 /// Reads one file.
+#[derive(Clone)]
 pub(super) struct Reader {
     pub origin: String,
     pub home: PathBuf,
@@ -326,7 +328,7 @@ impl Reader {
             };
             return Err(self.refuse(&format!("codes.{}", code.name), what, &remedy));
         }
-        Ok(FaceOff {
+        let mut found = FaceOff {
             form,
             name: file.name,
             about: file.about,
@@ -338,7 +340,25 @@ impl Reader {
             fields,
             numbers,
             spectra,
-        })
+            sweep: None,
+            // The text is TOML, as it was parsed.
+            tables: text.parse().unwrap_or_default(),
+            reader: self.clone(),
+        };
+        found.sweep = match file.sweep {
+            Some(table) => Some(self.sweep(table, &found)?),
+            None => None,
+        };
+        Ok(found)
+    }
+
+    /// As if a file had these tables.
+    pub(super) fn read_tables(&self, tables: toml::Table) -> Result<FaceOff> {
+        let text = toml::to_string(&tables).map_err(|e| {
+            let what = format!("its tables cannot be written again: {e}");
+            self.refuse("the file", what, "report this")
+        })?;
+        self.read(&text)
     }
 
     /// Something may be open of a field, as far as the form does not fix it.

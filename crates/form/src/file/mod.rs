@@ -166,7 +166,7 @@ impl<'a> File<'a> {
     }
 
     fn read(&self, tables: Vec<Entry<'a>>, mesh: &Mesh) -> Result<Problem> {
-        const KEYS: [&str; 14] = [
+        const KEYS: [&str; 15] = [
             "name",
             "about",
             "mesh",
@@ -181,6 +181,7 @@ impl<'a> File<'a> {
             "codes",
             "fields",
             "numbers",
+            "sweep",
         ];
         let names = KEYS.join(", ");
         self.known(&tables, &KEYS)?;
