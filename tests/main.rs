@@ -14,6 +14,7 @@ mod ending;
 mod engines;
 mod face_off;
 mod face_off_limits;
+mod face_off_patterns;
 mod face_off_scripts;
 mod face_off_sweep;
 mod face_off_times;

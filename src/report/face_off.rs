@@ -151,8 +151,8 @@ fn claim(of: &FaceOffOutcome) -> Text {
     }
     // A code whose order is wrong where another's is right, before what differs as a consequence.
     if let Some(order) = odd_order(of) {
-        let observed = observed(order);
-        return text!("`{order.found.field}` of **{order.of}** {observed}");
+        let (observed, limited) = (observed(order), limited(order));
+        return text!("`{order.found.field}` of **{order.of}** {observed}{limited}");
     }
     let fields = of.fields.iter().filter(|f| !f.verdict.passes());
     let numbers = of.numbers.iter().filter(|n| !n.verdict.passes());
@@ -177,7 +177,11 @@ fn claim(of: &FaceOffOutcome) -> Text {
             )
         }
         ([_], Some(order)) if !has_differing_pair(of) => {
-            text!("**{order.found.field}** {}", observed(order))
+            text!(
+                "**{order.found.field}** {}{}",
+                observed(order),
+                limited(order)
+            )
         }
         (all, _) if is_untold(of) => {
             let mut adds = meetings(of).filter_map(|(_, of)| of.found.add.as_ref());
@@ -250,6 +254,12 @@ fn observed(of: &OfOrder) -> Text {
         Some(text!("{} in {norm}", limit.words()))
     });
     Text::joined(low(of).into_iter().chain(apart), " and ")
+}
+
+/// What limits an order, after what was observed.
+fn limited(of: &OfOrder) -> Option<Text> {
+    let found = of.found.limiting.as_ref()?;
+    Some(text!(": {}", found.words()))
 }
 
 /// The norms whose order is too low; where the limit is known not to be 0, the order says less.

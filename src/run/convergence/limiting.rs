@@ -87,7 +87,7 @@ impl Limiting {
                 whole(*of)
             ),
             Limiting::Nonsymmetric { .. } => text!(
-                "it is one less in L² only, and values on the boundary are imposed weakly, as in a nonsymmetric Nitsche method, which is not adjoint-consistent"
+                "it is one less in L² only, and values on the boundary are imposed weakly, as in a nonsymmetric Nitsche or nonsymmetric interior penalty method, which is not adjoint-consistent"
             ),
             Limiting::Parameter {
                 name,
@@ -109,7 +109,8 @@ impl Limiting {
         components: usize,
         value: &dyn Fn([f64; 3], usize) -> f64,
     ) -> Option<Limiting> {
-        let last = |order: Option<&Order>| order.and_then(|order| order.steps.last().copied());
+        // Over all levels, since orders of singularities go up and down with the place of the mesh.
+        let last = |order: Option<&Order>| order.and_then(|order| Some(order.fit?.exponent));
         let (l2, h1) = (last(Some(&found.l2)), last(found.h1.as_ref()));
         let [theory_l2, theory_h1] = theory;
         let is = |order: Option<f64>, of: f64, room: f64| {
