@@ -36,7 +36,7 @@ def singular(x):
 
 if which == "disc":
     m = MeshTri.init_circle(n)
-elif which in ("corner", "corner-smooth"):
+elif which == "corner":
     line = np.linspace(-1, 1, 2 * n + 1)
     m = MeshTri.init_tensor(line, line)
     middle = m.p[:, m.t].mean(axis=1)
@@ -71,8 +71,6 @@ def held(values, f):
 
 if which == "disc":
     u = held(lambda x: 0 * x[0], LinearForm(lambda v, w: 1.0 * v).assemble(basis))
-elif which in ("smooth", "corner-smooth"):
-    u = held(smooth, load.assemble(basis))
 elif which == "heat":
     A, M = laplace.assemble(basis), mass.assemble(basis)
     u = smooth(place)
