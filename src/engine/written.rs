@@ -30,6 +30,7 @@ pub fn with(problem: &Problem, parameters: &BTreeMap<String, String>) -> Problem
 pub struct Source {
     problem: Problem,
     code: &'static Code,
+    has_system: bool,
 }
 
 impl Source {
@@ -40,7 +41,18 @@ impl Source {
         Ok(Source {
             problem: problem.clone(),
             code,
+            has_system: false,
         })
+    }
+
+    /// Lets its script write its linear system too, into files of these names.
+    ///
+    /// # Errors
+    /// In words: why there is none, or what the code lacks.
+    pub fn write_system(&mut self) -> Result<[String; 3], String> {
+        self.code.script_with_system(&self.problem)?;
+        self.has_system = true;
+        Ok(["A.mtx", "b.mtx", "dofs.csv"].map(str::to_owned))
     }
 
     /// The words of the command that runs the script here, with placeholders.
@@ -79,7 +91,11 @@ impl Source {
 
     /// The script with these values of the parameters.
     fn text(&self, name: &str, parameters: &BTreeMap<String, String>) -> Result<String> {
-        let script = self.code.script(&with(&self.problem, parameters));
+        let problem = with(&self.problem, parameters);
+        let script = match self.has_system {
+            true => self.code.script_with_system(&problem),
+            false => self.code.script(&problem),
+        };
         script.map_err(|what| Error::engine(name, what, "take another space or code"))
     }
 

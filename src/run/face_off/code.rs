@@ -106,6 +106,29 @@ impl Code {
         }
     }
 
+    /// Lets a code of a form write its linear system too.
+    ///
+    /// # Errors
+    /// In words: why it has none.
+    pub(super) fn write_system(&mut self) -> Result<(), String> {
+        match self {
+            Code::Own(own) if own.problem.time.is_some() => {
+                Err("a form with steps in time has no one linear system".into())
+            }
+            Code::Own(own) => {
+                own.write_system();
+                Ok(())
+            }
+            Code::Script(script) => {
+                if let Some(source) = &mut script.source {
+                    script.system = Some(source.write_system()?);
+                }
+                Ok(())
+            }
+            Code::Missing(_) | Code::Protocol(_) => Ok(()),
+        }
+    }
+
     /// What it answers.
     ///
     /// # Errors

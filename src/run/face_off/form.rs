@@ -154,6 +154,10 @@ impl Reader {
                 .map(str::to_owned)
                 .collect(),
         };
+        let has_systems = match codes.remove("systems") {
+            Some(given) => self.table("codes.systems", given)?,
+            None => false,
+        };
         let mut all = Vec::new();
         for name in names {
             let refuse = || {
@@ -165,13 +169,23 @@ impl Reader {
                 let what = format!("no scripts are written for a code `{name}`");
                 self.refuse("codes.use", what, &remedy)
             };
-            let code = match name.as_str() {
+            let mut code = match name.as_str() {
                 OWN => own(form),
                 _ => written(form, Spelled::of_name(&name).ok_or_else(refuse)?),
             };
             if all.iter().any(|known: &Code| known.name() == name) {
                 let what = format!("{name} is there twice");
                 return Err(self.refuse("codes.use", what, "name it once"));
+            }
+            if has_systems {
+                code.write_system().map_err(|why| {
+                    let what = format!("{name} writes no linear system: {why}");
+                    self.refuse(
+                        "codes.systems",
+                        what,
+                        "name the other codes in `use`, or leave systems out",
+                    )
+                })?;
             }
             all.push(code);
         }

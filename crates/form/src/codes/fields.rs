@@ -16,7 +16,7 @@ use crate::scalar::{Field, Id, Length};
 ///
 /// # Errors
 /// What the code lacks.
-pub fn fields(of: &mut Speaker<'_>, mesh: &str) -> Result<Value, String> {
+pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Value, String> {
     let rules = rules(of)?;
     let functions = all(of.problem.blocks(), |(k, c)| function(of, k, c))?;
     let unknowns = all(0..of.problem.unknowns.len(), |k| unknown(of, k))?;
@@ -46,6 +46,8 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str) -> Result<Value, String> {
         name => problem.name.as_str(),
         file => of.code.file(problem),
         mesh,
+        // Does it write its linear system too?
+        has_system,
         dim => problem.dim,
         cell => cell(problem),
         // Names of the coordinates.

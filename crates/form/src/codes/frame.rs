@@ -10,13 +10,14 @@ use super::spelling::traces;
 use crate::problem::Element;
 
 /// What templates have in common.
-const PARTS: [(&str, &str); 7] = [
+const PARTS: [(&str, &str); 8] = [
     ("head.txt", include_str!("frames/head.txt")),
     ("head.py", include_str!("frames/head.py")),
     ("lengths.py", include_str!("frames/lengths.py")),
     ("lists.py", include_str!("frames/lists.py")),
     ("newton.py", include_str!("frames/newton.py")),
     ("read.py", include_str!("frames/read.py")),
+    ("system.py", include_str!("frames/system.py")),
     ("write_vtu.py", include_str!("frames/write_vtu.py")),
 ];
 

@@ -30,7 +30,7 @@ use faceoff_mesh::mesh::Mesh;
 
 use self::speaker::Speaker;
 pub use self::table::Code;
-use crate::problem::Problem;
+use crate::problem::{Element, Problem};
 
 /// All codes that forms are written for.
 pub const CODES: [Code; 7] = [
@@ -84,8 +84,46 @@ impl Code {
         problem: &Problem,
         mesh: &str,
     ) -> std::result::Result<String, String> {
+        self.filled(problem, mesh, false)
+    }
+
+    /// The script that writes the linear system of the form beside its result too: `A.mtx`, `b.mtx` and `dofs.csv`, with rows of the identity for given
+    /// dofs, and values at nodes where the code's own basis is hierarchical.
+    ///
+    /// # Errors
+    /// As [`Code::script`]; a form with steps in time; dofs that a table cannot tell apart.
+    pub fn script_with_system(&self, problem: &Problem) -> std::result::Result<String, String> {
+        if self.name == nutils::CODE.name {
+            return Err("scripts for nutils write no linear system".into());
+        }
+        if problem.time.is_some() {
+            return Err("a form with steps in time has no one linear system".into());
+        }
+        for space in problem.unknowns.iter().map(|unknown| unknown.space) {
+            if matches!(space.element, Element::Broken(1..)) {
+                let name = space.element.name();
+                return Err(format!(
+                    "dofs of {name} share places, and no table of dofs tells them apart"
+                ));
+            }
+            if space.size > Some(3) {
+                return Err(
+                    "a table of dofs has three directions, and an unknown has more components"
+                        .into(),
+                );
+            }
+        }
+        self.filled(problem, &self.mesh_file(problem, None), true)
+    }
+
+    fn filled(
+        &self,
+        problem: &Problem,
+        mesh: &str,
+        has_system: bool,
+    ) -> std::result::Result<String, String> {
         (self.lacks)(problem)?;
-        let fields = fields::fields(&mut Speaker::new(self, problem), mesh)?;
+        let fields = fields::fields(&mut Speaker::new(self, problem), mesh, has_system)?;
         let mut script = frame::fill(self.name, fields)?;
         // Between parts are at most two empty lines.
         while script.contains("\n\n\n\n") {

@@ -272,6 +272,10 @@ A = (
     {{ "+ " if not loop.first }}sums(derivative{{ call.integral }}{{ call.trial }}{{ call.test }}, {{ over(call) }}, {{ place(call.trial) }})
 {% endfor %}
 )
+{% if has_system %}
+if step == 0:
+    system = scipy.sparse.find(A), r
+{% endif %}
 d = np.where(held, total - goal, 0.0)
 {% if means %}
 border = scipy.sparse.csc_matrix(rows[:, free])
@@ -312,5 +316,15 @@ def values(k):
     return np.stack([np.einsum("eqi,ei->eq", out.tables[k][..., 0], part[spaces[k].of_cells]) for part in each], axis=2)
 
 
+{% if has_system %}
+{% include "system.py" %}
+
+at_dofs = np.concatenate([each.at for size, each in zip(sizes, spaces) for _ in range(size or 1)])
+directions = np.concatenate([np.tile(np.eye(3)[k], (len(each.at), 1)) for size, each in zip(sizes, spaces) for k in range(size or 1)])
+names = np.repeat([{% for u in unknowns %}"{{ u.title }}", {% endfor %}], np.diff(first))
+write_system(*system, held, goal, total, at_dofs, directions, names)
+
+
+{% endif %}
 {% include "write_vtu.py" %}
 write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ loop.index0 }}){{ ", " if not loop.last }}{% endfor -%} })

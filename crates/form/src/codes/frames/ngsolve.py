@@ -33,6 +33,10 @@ dx(skeleton=True, {% if names %}definedonelements=between("{{ names|replace("|",
 {% include "head.py" %}
 import netgen.meshing as netgen
 import ngsolve
+{% if has_system %}
+import scipy.sparse
+import scipy.sparse.linalg
+{% endif %}
 from ngsolve import (
     BND, CF, HEX, QUAD, SEGM, TET, TRIG, VOL, IfPos, acos, asin, atan, atan2, cos, cosh, curl, div, ds, dx, exp, grad, log, sin, sinh, specialcf, sqrt, tan, x, y, z
 )
@@ -219,6 +223,11 @@ r.data += d
 J.Assemble()
 a.mat.AsVector().data += J.mat.AsVector()
 {% endif %}
+{% if has_system %}
+if step == 0:
+    rows, columns, entries = map(np.asarray, a.mat.COO())
+    system = scipy.sparse.csr_matrix((entries, (rows, columns)), (V.ndof, V.ndof)), r.FV().NumPy().copy()
+{% endif %}
 d.FV().NumPy()[:] = np.where(free, 0, total.vec.FV().NumPy() - goal.vec.FV().NumPy())
 r.data -= a.mat * d
 d.data += a.mat.Inverse(V.FreeDofs(), inverse="umfpack") * r
@@ -258,6 +267,58 @@ def values(function):
 at = values((x, y, z))
 
 
+{% if has_system %}
+{% include "system.py" %}
+
+def describe(function, title, component):
+    """The places and directions of dofs, and the values at nodes, of a hierarchical basis, as a matrix of its dofs."""
+    own = function.space
+    count = own.ndof
+    if component is None:  # one dof per facet or edge
+        q, v = own.TnT()
+        M = ngsolve.BilinearForm(q*v*dx).Assemble().mat.Inverse(inverse="umfpack")
+        loads = [ngsolve.LinearForm(v[k]*dx).Assemble().vec for k in range({{ dim }})]
+        ends = [[points[w.nr] for w in e.vertices] for e in (mesh.edges if count == mesh.nedge else mesh.faces)]
+        directions = np.column_stack([(M*load).Evaluate().FV().NumPy() for load in loads])
+        return scipy.sparse.identity(count), np.mean(ends, axis=1), directions, [title]*count
+    rows, columns, values, seen, at = [], [], [], {}, []
+    for e in own.Elements(VOL):
+        place, element, degree = mesh.GetTrafo(e), own.GetFE(e), {{ "{" }}{% for f in functions if not f.is_vector %}"{{ f.name }}": {{ 4 if f.family == "CR" else f.degree }}, {% endfor %}{{ "}" }}[component[0]]
+        for t in {{ nodes_of(more.nodes[1]) }}[degree]:
+            where = tuple(CF((x, y, z))(place(*t))[:{{ dim }}])
+            key = tuple(np.round(where, 9))
+            if key not in seen:
+                seen[key] = len(at)
+                at.append(where)
+                shape = np.ravel(element.CalcShape(*t))
+                rows += [seen[key]]*len(shape)
+                columns += list(e.dofs)
+                values += list(shape)
+    to_nodes = scipy.sparse.csc_matrix((values, (rows, columns)), (count, count))
+    return to_nodes, np.array(at), np.tile(np.eye(3)[component[1]], (count, 1)), [title]*count
+
+
+found = [
+{% for u in unknowns %}
+{% for k in u.functions %}
+    describe({{ part("total", k) }}, "{{ u.title }}", {% if u.is_vector %}None{% else %}("{{ functions[k].name }}", {{ loop.index0 }}){% endif %}),
+{% endfor %}
+{% endfor %}
+]
+to_nodes, at_dofs = scipy.sparse.block_diag([each[0] for each in found], format="csc"), np.concatenate([each[1] for each in found])
+to_nodes.data[abs(to_nodes.data) < 1e-14] = 0
+to_nodes.eliminate_zeros()
+directions = np.concatenate([np.pad(each[2], ((0, 0), (0, 3 - each[2].shape[1]))) for each in found])
+count = len(at_dofs)  # behind them come multipliers of means
+A, r = system
+from_nodes = scipy.sparse.linalg.inv(to_nodes)
+A, r = from_nodes.T @ A[:count, :count] @ from_nodes, from_nodes.T @ r[:count]
+held = abs(to_nodes) @ free[:count] == 0
+values_at_nodes = lambda function: to_nodes @ function.vec.FV().NumPy()[:count]
+write_system(scipy.sparse.find(A), r, held, values_at_nodes(goal), values_at_nodes(total), at_dofs, directions, sum((each[3] for each in found), []))
+
+
+{% endif %}
 {% include "write_vtu.py" %}
 {% macro parts(u) %}{% for k in u.functions %}{{ part("total", k) }}{{ ", " if not loop.last }}{% endfor %}{% endmacro %}
 write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ parts(u) if u.functions|length == 1 else "(" ~ parts(u) ~ ")" }}){{ ", " if not loop.last }}{% endfor -%} })

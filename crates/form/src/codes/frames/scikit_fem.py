@@ -19,7 +19,7 @@ dict(zip([name + mark for name in ("{{ names|join('", "') }}")], basis.interpola
 {% set tests = unknowns|map(attribute="test")|join(", ") %}
 {% set increments = unknowns|map(attribute="increment")|join(", ") %}
 {% include "head.py" %}
-{% if means %}
+{% if means or has_system %}
 import scipy.sparse
 {% endif %}
 import skfem
@@ -213,6 +213,10 @@ A = (
     {{ "+ " if not loop.first }}derivative{{ call.integral }}{{ call.trial }}{{ call.test }}.assemble(basis{{ call.integral }}{{ call.trial }}, basis{{ call.integral }}{{ call.test }}, **given{{ call.integral }})
 {% endfor %}
 )
+{% if has_system %}
+if step == 0:
+    system = scipy.sparse.find(A), r
+{% endif %}
 d = np.where(held, total - goal, 0.0)
 {% if means %}
 border = scipy.sparse.csc_matrix(rows[:, free])
@@ -248,6 +252,27 @@ at = np.pad(at, ((0, 0), (0, 0), (0, {{ 3 - dim }})))
 found = skfem.Basis(mesh, element, quadrature=(nodes, np.ones(nodes.shape[1]))).interpolate(total)
 
 
+{% if has_system %}
+{% include "system.py" %}
+
+# The directions of dofs: constants, by projection.
+basis = skfem.Basis(mesh, element)
+M = skfem.BilinearForm(lambda {{ increments }}, {{ tests }}, w: 
+{%- for u in unknowns %}{{ " + " if not loop.first }}{{ "sum(a*b for a, b in zip(" ~ u.increment ~ ", " ~ u.test ~ "))" if u.size is not none or u.is_vector else u.increment ~ "*" ~ u.test }}{% endfor %}).assemble(basis)
+loads = [
+{% for axis in axes %}
+    skfem.LinearForm(lambda {{ tests }}, w: 0*w.x[0]
+{%- for u in unknowns %}{% set count = dim if u.is_vector else (u.size or 1) %}{% if loop.index0 >= 0 and axes.index(axis) < count %} + {{ u.test }}{{ "[" ~ axes.index(axis) ~ "]" if u.size is not none or u.is_vector }}{% endif %}{% endfor %}).assemble(basis),
+{% endfor %}
+]
+directions = splu(M.tocsc()).solve(np.column_stack(loads))
+names = np.empty(basis.N, object)
+for name, dofs in zip([{% for u in unknowns %}"{{ u.title }}", {% endfor %}], {{ "[slice(None)]" if unknowns|length == 1 else "basis.split_indices()" }}):
+    names[dofs] = name
+write_system(*system, held, goal, total, basis.doflocs.T, directions, names)
+
+
+{% endif %}
 {% include "write_vtu.py" %}
 {% macro values(u, found) %}{{ found if u.size is none else "np.moveaxis(" ~ found ~ ", 0, 2)" }}{% endmacro %}
 {% set one = unknowns|length == 1 %}
