@@ -8,7 +8,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::common::{assert_valid, folder, run, source, write};
+use crate::common::{self, assert_valid, faceoff, folder, run, source, write};
 
 /// What the sentence of each fault must have: alternatives are divided by `|`, as codes come in alphabetical order.
 type Faults = [&'static [&'static str]; 10];
@@ -316,4 +316,140 @@ fn systems_that_cannot_be_matched_are_refused() {
         "{}",
         ran.stderr
     );
+}
+
+/// Spaces, a form and Dirichlet values, a mesh, and codes beside `rust` and dolfinx that have the spaces.
+const SPACES: [[&str; 5]; 14] = [
+    [
+        "u = 'P1'",
+        POISSON,
+        "u = { left = 'y' }",
+        "union-jack",
+        "freefem ngsolve mfem",
+    ],
+    [
+        "u = 'P2'",
+        POISSON,
+        "u = { left = 'y' }",
+        "union-jack",
+        "ngsolve getfem",
+    ],
+    [
+        "u = 'P3'",
+        POISSON,
+        "u = { left = 'y' }",
+        "union-jack",
+        "ngsolve scikit-fem",
+    ],
+    [
+        "u = 'P0'",
+        "u*v*dx - x*v*dx + jump(u)*jump(v)*dS",
+        "",
+        "union-jack",
+        "freefem mfem",
+    ],
+    [
+        "u = 'CR'",
+        POISSON,
+        "u = { left = 'y' }",
+        "union-jack",
+        "freefem ngsolve",
+    ],
+    [
+        "q = 'RT0'\np = 'P0'",
+        DARCY_FORM,
+        "q = { left = ['y', 0] }",
+        "union-jack",
+        "freefem scikit-fem getfem",
+    ],
+    [
+        "u = 'N1curl'",
+        "curl(u)*curl(v)*dx + dot(u, v)*dx - dot([y, x], v)*dx",
+        "u = { left = ['x', 'y'] }",
+        "union-jack",
+        "ngsolve getfem",
+    ],
+    [
+        "u = 'P1^2'",
+        LAME,
+        "u = { left = ['y', 0] }",
+        "union-jack",
+        "scikit-fem mfem",
+    ],
+    [
+        "u = 'P2^2'",
+        LAME,
+        "u = { left = ['y', 0] }",
+        "union-jack",
+        "freefem",
+    ],
+    [
+        "u = 'P2^2'\np = 'P1'",
+        STOKES_FORM,
+        "u = { left = ['y', 0], top = [0, 0] }",
+        "union-jack",
+        "freefem scikit-fem ngsolve",
+    ],
+    [
+        "u = 'CR^2'\np = 'P0'",
+        STOKES_FORM,
+        "u = { left = ['y', 0], top = [0, 0] }",
+        "union-jack",
+        "freefem",
+    ],
+    [
+        "u = 'P1'",
+        POISSON,
+        "u = { left = 'y' }",
+        "quadrangles",
+        "getfem",
+    ],
+    [
+        "u = 'P2'",
+        POISSON,
+        "u = { left = 'y' }",
+        "quadrangles",
+        "scikit-fem",
+    ],
+    [
+        "u = 'P2^3'",
+        "inner(grad(u), grad(v))*dx - x*v[1]*dx",
+        "u = { left = ['y', 0, 0] }",
+        "union-cube",
+        "freefem",
+    ],
+];
+const POISSON: &str = "dot(grad(u), grad(v))*dx + u*v*dx - exp(x)*v*dx";
+const DARCY_FORM: &str = "dot(q, test.q)*dx - p*div(test.q)*dx + (x - y - div(q))*test.p*dx";
+const LAME: &str = "inner(sym(grad(u)), sym(grad(v)))*dx + 3*div(u)*div(v)*dx - x*v[1]*dx";
+const STOKES_FORM: &str = "inner(grad(u), grad(v))*dx - p*div(v)*dx - q*div(u)*dx - x*v[0]*dx";
+
+/// Scripts of one form write equal systems in each space, whatever basis the code has.
+#[test]
+fn codes_of_forms_write_equal_systems() {
+    for [spaces, form, held, mesh, codes] in SPACES {
+        let folder = folder();
+        let codes = codes.replace(' ', "', '");
+        let text = format!(
+            "name = 'form'\n[mesh]\ngenerator = '{mesh}'\nn = [2]\n[spaces]\n{spaces}\n[form]\nF = '{form}'\n[dirichlet]\n{held}\n[codes]\nsystems = true\nuse = ['rust', 'dolfinx', '{codes}']\n"
+        );
+        write(folder.path(), "form.toml", &text);
+        let path = std::env::var("PATH").unwrap_or_default();
+        let path = format!("{}:{path}", source("target/python/bin").display());
+        let words = ["verify", "form.toml", "--json", "out.json"];
+        let ran = common::told(
+            faceoff(folder.path())
+                .env("PATH", path)
+                .args(words)
+                .output()
+                .expect("the program starts"),
+        );
+        let all = fs::read_to_string(folder.path().join("out.json")).unwrap_or_default();
+        let all: Value = serde_json::from_str(&all).unwrap_or_default();
+        let found = all["systems"].as_array().map_or(&[][..], |all| all);
+        assert!(found.len() >= 3, "{spaces}: {}", ran.stderr);
+        for pair in found {
+            assert_eq!(pair["verdict"], "agree", "{spaces}: {pair}");
+        }
+    }
 }

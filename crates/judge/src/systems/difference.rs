@@ -106,7 +106,13 @@ impl<'a> Both<'a> {
         let load = spread(count, &matched.to, &b.load, |k, b| b / matched.scale[k]);
         let matrix = b.matrix.renumbered(count, &matched.to, &matched.scale);
         cancel::check()?;
-        let rows = held((&a.matrix, &a.load), (&matrix, &load), &matched.is_in_both);
+        let one = spread(count, &matched.to, &matched.scale, |_, s| 1.0 / (s * s));
+        let rows = held(
+            (&a.matrix, &a.load),
+            (&matrix, &load),
+            &matched.is_in_both,
+            &one,
+        );
         let is_held: Vec<bool> = (0..count)
             .map(|k| rows.iter().any(|rows| rows[k].is_some()))
             .collect();

@@ -62,11 +62,12 @@ enum Look {
 
 /// The constrained rows of both systems, which have one numbering; a row that is not in the second one was eliminated there.
 ///
-/// A row with a diagonal entry only states a value if that entry is 1 or the same row is coupled in the other system: else it may as well be one of a mass matrix.
+/// `one` is what 1 on the diagonal of the second system has become by the scaling of its dofs. A row with a diagonal entry only states a value if that entry is 1 or the same row is coupled in the other system: else it may as well be one of a mass matrix.
 pub fn held(
     a: (&Matrix, &[f64]),
     b: (&Matrix, &[f64]),
     is_in_both: &[bool],
+    one: &[f64],
 ) -> [Vec<Option<Held>>; 2] {
     let mut all = [Vec::new(), Vec::new()];
     for row in 0..is_in_both.len() {
@@ -78,7 +79,7 @@ pub fn held(
             let of = |kept, value| Some(Held { kept, value });
             all[k].push(match look {
                 _ if k == 1 && !is_in_both[row] => of(Kept::Eliminated, None),
-                Look::Alone(diagonal) if diagonal == 1.0 || is_coupled[k] => {
+                Look::Alone(diagonal) if diagonal == [1.0, one[row]][k] || is_coupled[k] => {
                     of(Kept::Identity, value(diagonal))
                 }
                 Look::Penalised(diagonal) => of(Kept::Penalty, value(diagonal)),

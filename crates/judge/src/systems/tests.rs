@@ -180,6 +180,37 @@ fn signs_and_scalings_of_moments_are_taken_out() {
     );
 }
 
+/// A row of the identity states a value in the code's own scaling of that dof.
+#[test]
+fn rows_of_the_identity_are_recognised_in_either_scaling() {
+    let mut a = rod(4, 1.0, 0.0, &same);
+    a = edited(&a, |i, j, v| match (i, j) {
+        (0, 0) => 1.0,
+        (0, _) => 0.0,
+        _ => v,
+    });
+    a.load[0] = 3.0;
+    let mut b = edited(&a, |i, j, v| {
+        if i == 0 {
+            v
+        } else if j == 0 {
+            0.3 * v
+        } else {
+            v
+        }
+    });
+    b.load[0] = 3.0 / 0.3;
+    b.dofs.direction[0] = a.dofs.direction[0].map(|d| d / 0.3);
+    for (a, b) in [(&a, &b), (&b, &a)] {
+        let found = compare(a.clone(), b.clone(), &settings()).unwrap();
+        assert_eq!(
+            (found.constrained.both, found.constrained.only),
+            (1, [0, 0])
+        );
+        assert_eq!(found.verdict, Verdict::Agree);
+    }
+}
+
 #[test]
 fn what_cannot_be_matched_is_refused() {
     let a = rod(4, 1.0, 0.0, &same);

@@ -261,8 +261,9 @@ M = skfem.BilinearForm(lambda {{ increments }}, {{ tests }}, w:
 {%- for u in unknowns %}{{ " + " if not loop.first }}{{ "sum(a*b for a, b in zip(" ~ u.increment ~ ", " ~ u.test ~ "))" if u.size is not none or u.is_vector else u.increment ~ "*" ~ u.test }}{% endfor %}).assemble(basis)
 loads = [
 {% for axis in axes %}
+{% set i = loop.index0 %}
     skfem.LinearForm(lambda {{ tests }}, w: 0*w.x[0]
-{%- for u in unknowns %}{% set count = dim if u.is_vector else (u.size or 1) %}{% if loop.index0 >= 0 and axes.index(axis) < count %} + {{ u.test }}{{ "[" ~ axes.index(axis) ~ "]" if u.size is not none or u.is_vector }}{% endif %}{% endfor %}).assemble(basis),
+{%- for u in unknowns %}{% set count = dim if u.is_vector else (u.size or 1) %}{% if i < count %} + {{ u.test }}{{ "[" ~ i ~ "]" if u.size is not none or u.is_vector }}{% endif %}{% endfor %}).assemble(basis),
 {% endfor %}
 ]
 directions = splu(M.tocsc()).solve(np.column_stack(loads))
