@@ -63,6 +63,28 @@ examples_agree! {
     the_ball: "hertz" "ball" at "1", by "freefem,getfem" [];
 }
 
+/// Hertz's cylinder as a form: force, half-width and peak, and the pressure along the arc; and not those of a stiffer one.
+#[test]
+fn the_cylinder_as_a_form() {
+    let folder = folder();
+    let at = folder.path();
+    let from = |name: &str| source("examples/hertz").join(name);
+    fs::copy(from("hertz.msh"), at.join("hertz.msh")).unwrap();
+    let text = fs::read_to_string(from("line.toml")).unwrap();
+    let mu = "mu = \"E/(2*(1 + nu))\"";
+    assert!(text.contains(mu));
+    for (word, code) in [("E", 0), ("1.2*E", 1)] {
+        fs::write(
+            at.join("line.toml"),
+            text.replace(mu, &mu.replace('E', word)),
+        )
+        .unwrap();
+        let (ran, told) = verify(at, "line.toml", &["--engines", "rust,freefem", "--n", "1"]);
+        assert_eq!(ran.code, Some(code), "{}{}", ran.stdout, ran.stderr);
+        assert_eq!(field(&told, "u")["verdict"], "agree");
+    }
+}
+
 fn agrees_and_its_faults_are_found(
     example_name: &str,
     name: &str,

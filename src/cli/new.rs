@@ -42,7 +42,7 @@ impl Template {
             Template::Hertz => (
                 "hertz",
                 template!("hertz":
-                "README.md" "ball.edp" "ball.geo" "ball.msh" "ball.py" "ball.toml" "ball_getfem.py" "compat.py" "hertz.edp" "hertz.geo" "hertz.msh" "hertz.py" "hertz.toml" "hertz_getfem.py" "vtu.idp" "vtu3.idp"),
+                "README.md" "ball.edp" "ball.geo" "ball.msh" "ball.py" "ball.toml" "ball_getfem.py" "compat.py" "hertz.edp" "hertz.geo" "hertz.msh" "hertz.py" "hertz.toml" "hertz_getfem.py" "line.toml" "vtu.idp" "vtu3.idp"),
             ),
         }
     }
@@ -56,9 +56,9 @@ macro_rules! gallery {
 
 /// The weak forms of `examples/forms`.
 const FORMS: &[(&str, &str)] = gallery!(
-    "allen-cahn" "biharmonic" "block" "brinkman" "cantilever" "chouly-hild" "convection" "curl-curl" "curl-curl-3d" "darcy" "elasticity"
-    "interior-penalty" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress" "poisson" "ring"
-    "signorini" "stokes" "stokes-closed" "stokes-cr" "supg");
+    "allen-cahn" "biharmonic" "block" "brinkman" "cantilever" "chouly-hild" "contact-patch" "convection" "curl-curl" "curl-curl-3d" "darcy"
+    "elastic-chouly-hild" "elastic-transition" "elasticity" "interior-penalty" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress" "poisson" "ring"
+    "signorini" "stokes" "stokes-closed" "stokes-cr" "supg" "tresca");
 
 /// The files that a form names: a mesh from Gmsh, with its geometry.
 fn named(form: &str) -> &'static [Part] {

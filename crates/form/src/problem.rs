@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use faceoff_fem::quadrature::Rule;
-use faceoff_fem::scene::expression::syntax::Term;
 
 use crate::grid::Cells;
+use crate::language::{Definition, Formula};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars};
 
 /// A problem in weak form: find the unknowns u such that F(u; v) = 0 for all test functions v, with Dirichlet values.
@@ -39,8 +39,10 @@ pub struct Problem {
     pub degree: usize,
     /// The degree of the rule on facets.
     pub facet_degree: usize,
-    /// The text of F, and its syntax tree.
-    pub form: (String, Term),
+    /// Parts of formulas by name, which numbers of solutions may use too.
+    pub definitions: Vec<Definition>,
+    /// F.
+    pub form: Formula,
     /// The expressions that all [`Id`]s of this problem refer to.
     pub scalars: Scalars,
 }

@@ -242,6 +242,10 @@ forms_agree! {
     stokes_closed: "stokes-closed" lacking [];
     allen_cahn: "allen-cahn" lacking [];
     biharmonic: "biharmonic" lacking ["mfem"];
+    elastic_transition: "elastic-transition" lacking ["nutils"];
+    elastic_chouly_hild: "elastic-chouly-hild" lacking [];
+    contact_patch: "contact-patch" lacking ["nutils"];
+    tresca: "tresca" lacking ["nutils"];
 }
 
 /// On a mesh from Gmsh: its groups and its numbers of vertices are not those of generated meshes.
@@ -260,6 +264,8 @@ fn lacking(text: &str, mesh: &Mesh) -> Vec<&'static str> {
         .collect()
 }
 
+#[path = "gallery/contact.rs"]
+mod contact;
 #[path = "gallery/cubes.rs"]
 mod cubes;
 #[path = "gallery/lengths.rs"]

@@ -10,6 +10,7 @@ use super::tables::Reader;
 use crate::engine::{self, Form, Script};
 use faceoff_form::Problem;
 use faceoff_form::codes::{CODES, Code as Spelled};
+use faceoff_form::language::Formula;
 use faceoff_judge::UpTo;
 use faceoff_mesh::error::{Error, Result, meant};
 use faceoff_mesh::file;
@@ -261,7 +262,7 @@ fn written(form: &Problem, code: &'static Spelled) -> Code {
     }
 }
 
-/// A formula with the formulas of data instead of their names, parameters as `{NAME}`, and the end of the steps in time as a number.
+/// A formula with definitions and the formulas of data instead of their names, parameters as `{NAME}`, and the end of the steps in time as a number.
 pub(super) fn in_full(text: &str, form: &Problem) -> String {
     let data: BTreeMap<&str, &str> = form
         .data
@@ -282,7 +283,10 @@ pub(super) fn in_full(text: &str, form: &Problem) -> String {
             false => format!("{{{name}}}"),
         })
     };
-    words(text, |word| match data.get(word) {
+    // What cannot be read as it is stays so: whoever reads the formula refuses it.
+    let full = Formula::new(text.to_owned(), &form.definitions);
+    let full = full.map_or_else(|_| text.to_owned(), |formula| formula.text);
+    words(&full, |word| match data.get(word) {
         Some(datum) => Some(format!("({})", words(datum, value))),
         None => value(word),
     })

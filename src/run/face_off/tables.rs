@@ -43,6 +43,7 @@ pub(super) struct File {
     // Of a form, which is read by its own crate.
     pub form: Option<toml::Value>,
     spaces: Option<toml::Value>,
+    definitions: Option<toml::Value>,
     data: Option<toml::Value>,
     dirichlet: Option<toml::Value>,
     mean: Option<toml::Value>,
@@ -195,6 +196,7 @@ impl Reader {
         self.check_name("name", &file.name)?;
         let of_form = [
             ("spaces", &file.spaces),
+            ("definitions", &file.definitions),
             ("data", &file.data),
             ("dirichlet", &file.dirichlet),
             ("mean", &file.mean),
@@ -266,6 +268,11 @@ impl Reader {
                 if of_number && table.times.is_some() {
                     let what = "times are of fields, and this is a number".to_owned();
                     return Err(self.refuse(&place, what, "leave times out"));
+                }
+                if !of_number && table.exact_rtol.is_some() {
+                    let what = "exact_rtol is of numbers, and this is a field".to_owned();
+                    let remedy = "give orders, or a number that is the error";
+                    return Err(self.refuse(&place, what, remedy));
                 }
                 self.check_open(&place, &name, &table.up_to, form.as_ref(), of_number)?;
                 self.check_value(&place, table.value.as_deref(), form.as_ref(), of_number)?;

@@ -70,7 +70,7 @@ fn more(of: &mut Speaker<'_>) -> Value {
     let facets = facets.iter().filter(|(_, is_there)| *is_there);
     let facets: Vec<&str> = facets.map(|(name, _)| *name).collect();
     let texts = || problem.data.iter().flat_map(|datum| &datum.texts);
-    let form = problem.form.0.as_str();
+    let form = problem.form.text.as_str();
     let uses = |word: &str| texts().any(|text| text.contains(word)) || form.contains(word);
     let values = held.iter().flat_map(|held| held.values.iter().copied());
     let nodes = problem.scalars.nodes_of(values);

@@ -33,7 +33,7 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
     let parameters = problem.parameters.iter().zip(&of.words.parameters);
     let lines = problem
         .form
-        .0
+        .source
         .lines()
         .map(str::trim)
         .filter(|line| !line.is_empty());
@@ -54,6 +54,7 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
         axes => ["x", "y", "z"][..problem.dim].to_vec(),
         about => comment(&problem.about),
         // The form as it was written, and the strong form where it is short.
+        definitions => problem.definitions.iter().map(|d| comment(&d.line())).collect::<Value>(),
         form => lines.map(comment).collect::<Value>(),
         strong_form => strong_form(problem).iter().map(|line| comment(line)).collect::<Value>(),
         parameters => parameters

@@ -106,8 +106,8 @@ impl<'a> File<'a> {
 
     /// A function of the point, with data put in as formulas; none where it says `free`.
     pub(super) fn value(&self, part: &'a Value<'a>, problem: &mut Problem) -> Result<Option<Id>> {
-        let (text, term) = self.term(part)?;
-        if matches!(&term.kind, Kind::Name(name) if name == "free") {
+        let formula = self.formula(part)?;
+        if matches!(&formula.term.kind, Kind::Name(name) if name == "free") {
             return Ok(None);
         }
         let names = Names {
@@ -120,8 +120,8 @@ impl<'a> File<'a> {
             unmarked: 0,
             is_timed: false,
         };
-        let value = Reader::new(names, &mut problem.scalars).formula(&term);
-        let value = value.map_err(|fault| self.fault(part, &text, fault))?;
+        let value = Reader::new(names, &mut problem.scalars).formula(&formula.term);
+        let value = value.map_err(|fault| self.fault_in(part, &formula, fault))?;
         let data = &problem.data;
         let value = problem.scalars.map(value, &mut |_, node| match node {
             Node::Leaf(leaf) => match leaf.field {
@@ -149,7 +149,7 @@ impl<'a> File<'a> {
         if let Some(at) = swap::changes(problem) {
             let what = "this integral over dS changes when the two sides of a facet are swapped, and codes order the sides differently";
             let remedy = "use jump and avg, or add the same with ('+') and ('-') exchanged";
-            let at = self.inside(form, &problem.form.0, at);
+            let at = self.inside(form, &problem.form.source, at);
             return Err(self.refuse(at, what, remedy));
         }
         let at = form.span().start;

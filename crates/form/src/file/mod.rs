@@ -11,13 +11,12 @@ use std::ops::Range;
 use std::path::Path;
 
 use faceoff_fem::scene::expression::Function;
-use faceoff_fem::scene::expression::syntax::Term;
 use faceoff_mesh::error::{Error, Place, Result, meant};
 use faceoff_mesh::mesh::Mesh;
 use toml::de::{DeTable, DeValue};
 
 use crate::grid::Cells;
-use crate::language::{Fault, Names, Reader, WORDS};
+use crate::language::{Definition, Fault, Formula, Names, Reader, WORDS};
 use crate::problem::{Datum, Element, Parameter, Problem, Space, Unknown};
 use crate::scalar::Scalars;
 
@@ -31,7 +30,12 @@ impl Problem {
     /// # Errors
     /// What is not TOML or not a form, with its line and column; a mesh of cells of several shapes, or of other ones.
     pub fn parse(origin: &Path, text: &str, mesh: &Mesh) -> Result<Self> {
-        File { origin, text }.problem(mesh)
+        let file = File {
+            origin,
+            text,
+            definitions: Vec::new(),
+        };
+        file.problem(mesh)
     }
 }
 
@@ -43,6 +47,7 @@ pub fn is_form(text: &str) -> bool {
 struct File<'a> {
     origin: &'a Path,
     text: &'a str,
+    definitions: Vec<Definition>,
 }
 
 /// A key with its value, in the order of the file.
@@ -120,18 +125,36 @@ impl<'a> File<'a> {
         self.refuse(self.inside(value, text, fault.at), fault.what, fault.remedy)
     }
 
-    fn term(&self, value: &'a Value<'a>) -> Result<(String, Term)> {
+    /// What is wrong in a formula, at its place in the file.
+    fn fault_in(&self, value: &Value<'_>, formula: &Formula, fault: Fault) -> Error {
+        self.fault(value, &formula.source, formula.in_source(fault))
+    }
+
+    fn formula(&self, value: &'a Value<'a>) -> Result<Formula> {
         let text = self.text_of(value)?;
-        let term = Term::parse(&text).map_err(|e| {
-            let at = self.inside(value, &text, e.column.saturating_sub(1));
-            self.refuse(at, e.what, "docs/reference/form.md has the grammar")
-        })?;
-        Ok((text, term))
+        Formula::new(text.clone(), &self.definitions).map_err(|e| self.fault(value, &text, e))
+    }
+
+    fn define(&mut self, entry: &Entry<'a>) -> Result<()> {
+        let mut taken = BTreeSet::new();
+        for each in self.entries(entry.value, "definitions")? {
+            let at = each.place.start;
+            let head = Definition::head(each.key).map_err(|e| self.refuse(at, e.what, e.remedy))?;
+            self.checked(&head.0, at, &mut taken)?;
+            let text = self.text_of(each.value)?;
+            let definition = Definition::new(head, text.clone(), &self.definitions);
+            let definition = definition.map_err(|e| self.fault(each.value, &text, e))?;
+            self.definitions.push(definition);
+        }
+        Ok(())
     }
 
     fn name(&self, entry: &Entry<'_>, taken: &mut BTreeSet<String>) -> Result<String> {
-        let name = entry.key;
-        let at = entry.place.start;
+        self.checked(entry.key, entry.place.start, taken)
+    }
+
+    /// A new name, at a byte of the file.
+    fn checked(&self, name: &str, at: usize, taken: &mut BTreeSet<String>) -> Result<String> {
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if !name.starts_with(|c: char| c.is_ascii_alphabetic())
             || !name.chars().all(is_word)
@@ -158,11 +181,16 @@ impl<'a> File<'a> {
             self.refuse(at, e.message().replace('\n', " "), "write TOML")
         })?;
         // What is borrowed from the document must live as long as it does.
-        let file = File {
+        let mut file = File {
             origin: self.origin,
             text: self.text,
+            definitions: Vec::new(),
         };
-        file.read(ordered(document.get_ref()), mesh)
+        let tables = ordered(document.get_ref());
+        if let Some(entry) = tables.iter().find(|entry| entry.key == "definitions") {
+            file.define(entry)?;
+        }
+        file.read(tables, mesh)
     }
 
     fn read(&self, tables: Vec<Entry<'a>>, mesh: &Mesh) -> Result<Problem> {
@@ -172,6 +200,7 @@ impl<'a> File<'a> {
             "mesh",
             "spaces",
             "parameters",
+            "definitions",
             "data",
             "form",
             "dirichlet",
@@ -202,7 +231,8 @@ impl<'a> File<'a> {
             unmarked,
         } = Marks::new(&self.origin.display().to_string(), mesh)?;
         let name = self.title(need("name")?.value)?;
-        let mut taken = BTreeSet::new();
+        let definitions = self.definitions.iter().map(|d| d.name.clone());
+        let mut taken: BTreeSet<String> = definitions.collect();
         let unknowns = self.unknowns(need("spaces")?, (cells, dim), &mut taken)?;
         let mut parameters = match find("parameters") {
             Some(entry) => self.parameters(entry, &mut taken)?,
@@ -234,7 +264,7 @@ impl<'a> File<'a> {
                 "add F = \"…\": F(u; v) = 0 is solved",
             ));
         };
-        let (text, term) = self.term(entry.value)?;
+        let form = self.formula(entry.value)?;
         let names = Names {
             dim,
             cells,
@@ -245,9 +275,12 @@ impl<'a> File<'a> {
             unmarked,
             is_timed: time.is_some(),
         };
-        let integrals = Reader::new(names, &mut scalars)
-            .form(&term)
-            .map_err(|fault| self.fault(entry.value, &text, fault))?;
+        let mut integrals = Reader::new(names, &mut scalars)
+            .form(&form.term)
+            .map_err(|fault| self.fault_in(entry.value, &form, fault))?;
+        for integral in &mut integrals {
+            integral.at = form.place(integral.at);
+        }
         let mut problem = Problem {
             name,
             about: find("about")
@@ -266,7 +299,8 @@ impl<'a> File<'a> {
             time,
             degree,
             facet_degree,
-            form: (text, term),
+            definitions: self.definitions.clone(),
+            form,
             scalars,
         };
         if let Some(entry) = find("dirichlet") {
@@ -447,7 +481,7 @@ impl<'a> File<'a> {
             self.parts(value, 0, &mut shape, &mut parts)?;
             let (mut components, mut texts) = (Vec::new(), Vec::new());
             for part in parts {
-                let (text, term) = self.term(part)?;
+                let formula = self.formula(part)?;
                 let names = Names {
                     dim,
                     cells,
@@ -458,10 +492,10 @@ impl<'a> File<'a> {
                     unmarked: 0,
                     is_timed: false,
                 };
-                let id = Reader::new(names, scalars).formula(&term);
-                let id = id.map_err(|fault| self.fault(part, &text, fault))?;
+                let id = Reader::new(names, scalars).formula(&formula.term);
+                let id = id.map_err(|fault| self.fault_in(part, &formula, fault))?;
                 components.push(id);
-                texts.push(text);
+                texts.push(formula.text);
             }
             all.push(Datum {
                 name,

@@ -1,5 +1,6 @@
 //! Wrong form files: each is refused with a sentence and its place. In the texts `¦` marks the place and is no part of the file.
 
+mod definitions;
 mod kinds;
 
 use std::path::Path;

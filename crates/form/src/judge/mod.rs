@@ -163,7 +163,7 @@ fn off_means(residual: &Residual<'_>) -> Vec<(usize, f64)> {
 
 /// The text of each term of F, on one line.
 fn texts(problem: &Problem) -> Vec<String> {
-    let chars: Vec<char> = problem.form.0.chars().collect();
+    let chars: Vec<char> = problem.form.source.chars().collect();
     let ends = problem
         .integrals
         .iter()

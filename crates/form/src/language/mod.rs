@@ -1,5 +1,6 @@
 //! The language of forms: from syntax trees to tensors of scalar expressions, with checked shapes, and to integrals.
 
+mod definition;
 mod functions;
 mod integral;
 mod meaning;
@@ -7,6 +8,7 @@ mod sides;
 #[cfg(test)]
 mod tests;
 
+pub use definition::{Definition, Formula};
 pub use integral::find_group;
 
 use faceoff_fem::scene::expression::syntax::Term;

@@ -2,14 +2,13 @@
 //!
 //! They are taken by the assembly of residuals: with a test function that is constant on each cell, the sum of a residual is the integral.
 
-use faceoff_fem::scene::expression::syntax::Term;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
 
 use super::assemble::{Assembler, Wanted};
 use super::batch::State;
 use super::read::read;
-use crate::language::{Fault, Names, Reader};
+use crate::language::{Fault, Formula, Names, Reader};
 use crate::problem::{Element, Integral, Problem, Space, Unknown};
 
 /// The numbers of a problem, each a sum of integrals.
@@ -48,11 +47,7 @@ impl Functionals {
     /// # Errors
     /// What is not in the language, a test function, or a solution of another time.
     pub fn add(&mut self, text: &str) -> std::result::Result<(), Fault> {
-        let term = Term::parse(text).map_err(|e| Fault {
-            at: e.column.saturating_sub(1),
-            what: e.what,
-            remedy: "docs/reference/form.md has the grammar".into(),
-        })?;
+        let formula = Formula::new(text.to_owned(), &self.problem.definitions)?;
         let Problem {
             dim,
             cells,
@@ -80,7 +75,8 @@ impl Functionals {
             // Of a result the last time is known only.
             is_timed: false,
         };
-        let found = Reader::new(names, scalars).number(&term, weight)?;
+        let found = Reader::new(names, scalars).number(&formula.term, weight);
+        let found = found.map_err(|fault| formula.in_source(fault))?;
         self.owners
             .extend(std::iter::repeat_n(self.count, found.len()));
         self.integrals.extend(found);
