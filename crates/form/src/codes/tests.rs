@@ -252,8 +252,8 @@ fn a_missing_field_is_an_internal_error() {
     let [(form, mesh), ..] = forms();
     let problem = Problem::parse(Path::new("form.toml"), &form, &mesh).expect("a form");
     for code in &CODES {
-        let all =
-            fields::fields(&mut Speaker::new(code, &problem), "words.msh").expect("it has P2");
+        let all = fields::fields(&mut Speaker::new(code, &problem), "words.msh", false)
+            .expect("it has P2");
         let keys = all.try_iter().expect("a map");
         let keys = keys.filter(|key| key.as_str() != Some("name"));
         let fields = keys.map(|key| (key.clone(), all.get_item(&key).expect("its value")));

@@ -194,7 +194,7 @@ impl<'a> File<'a> {
     }
 
     fn read(&self, tables: Vec<Entry<'a>>, mesh: &Mesh) -> Result<Problem> {
-        const KEYS: [&str; 15] = [
+        const KEYS: [&str; 16] = [
             "name",
             "about",
             "mesh",
