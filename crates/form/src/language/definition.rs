@@ -323,7 +323,12 @@ impl Writer<'_> {
         let mut chars = Characters::new();
         // Blanks and parentheses around the whole are not needed.
         of_body.term(&body.term, &mut chars)?;
-        out.extend(enclosed(&body.term, chars));
+        let mut chars = enclosed(&body.term, chars);
+        // A term that begins with an argument begins where the definition is used.
+        if let Some(first) = chars.first_mut() {
+            first.1 = place;
+        }
+        out.extend(chars);
         Ok(())
     }
 }
