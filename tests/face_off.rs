@@ -181,6 +181,8 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
     refused(&file("[\"cp\", \"{mesh}\"]", ""), "`{mesh}`");
     refused(&file("[]", ""), "its command is empty");
     refused(&file(&copy("u.csv"), "rtol = -1"), "-1 is no tolerance");
+    let of_number = "exact = \"x\"\nexact_rtol = 1e-3";
+    refused(&file(&copy("u.csv"), of_number), "exact_rtol is of numbers");
     refused(&file(&copy("u.csv"), "rotl = 1"), "rotl");
     refused(
         &file(&copy("u.csv"), "exact = \"sin(\""),
