@@ -62,7 +62,7 @@ const STYLE: Style = Style {
 };
 
 /// Names that the frame makes, and words of the weak form language.
-const RESERVED: &str = "gf model mesh sides side on space spaces value hold held free nodes at order output faces exact facet where fixed cell \
+const RESERVED: &str = "each inside gf model mesh sides side on space spaces value hold held free nodes at order output faces exact facet where fixed cell \
     X Normal Id Trace Sym Skew Det Inv Cofactor Norm Heaviside sign pos_part neg_part sqr element_size timestep qdim meshdim sin cos tan asin \
     name of_it local own region F getfem corners dofs face longest total \
     acos atan atan2 sinh cosh tanh exp log sqrt erf Interpolate Print Derivative Def t T u_ goal first number size hold_whole";

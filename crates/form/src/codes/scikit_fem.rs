@@ -48,7 +48,7 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
+const RESERVED: &str = "a b dofs name object skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
     BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held hold found given residual derivative scipy asm sides other number goal before bent part rows wanted hold_whole of_element";
 
 fn element(problem: &Problem, space: Space) -> Result<String, String> {

@@ -170,6 +170,7 @@ fn forms() -> [(String, Mesh); 5] {
 
 #[test]
 fn words_of_scripts_are_reserved() {
+    let mut with_systems = BTreeSet::new();
     for (form, mesh) in forms() {
         let problem =
             Problem::parse(Path::new("words.toml"), &form, &mesh).unwrap_or_else(|e| panic!("{e}"));
@@ -199,13 +200,16 @@ fn words_of_scripts_are_reserved() {
                     || stem(word) == "s"
             };
             let is_free = |word: &String| !own(word) && !is_known(word);
-            let missing: Vec<String> = words(&script, code.suffix.ends_with(".py"))
-                .into_iter()
-                .filter(is_free)
-                .collect();
-            assert!(missing.is_empty(), "{}: {}", code.name, missing.join(" "));
+            let with_system = code.script_with_system(&problem).ok();
+            with_systems.extend(with_system.is_some().then_some(code.name));
+            for script in [Some(script), with_system].into_iter().flatten() {
+                let all = words(&script, code.suffix.ends_with(".py")).into_iter();
+                let missing: Vec<String> = all.filter(is_free).collect();
+                assert!(missing.is_empty(), "{}: {}", code.name, missing.join(" "));
+            }
         }
     }
+    assert_eq!(with_systems.len(), CODES.len() - 1, "{with_systems:?}");
 }
 
 fn reserved(code: &Code) -> impl Iterator<Item = &'static str> {

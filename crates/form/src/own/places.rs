@@ -42,7 +42,7 @@ pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
 /// The table of all dofs: their places, and their values for constant fields.
 ///
 /// # Errors
-/// More unknowns than a table has; none else, as constants are functions of all spaces.
+/// More unknowns, or more components, than a table has.
 pub fn dof_table(assembler: &Assembler) -> Result<DofTable> {
     let Assembler { problem, mesh, .. } = assembler;
     let count = assembler.dofs.count();
@@ -61,7 +61,14 @@ pub fn dof_table(assembler: &Assembler) -> Result<DofTable> {
         all.field.push(field);
         all.at.push(at);
         if !problem.unknowns[unknown].space.element.is_vector() {
-            all.direction[dof][component] = 1.0;
+            let Some(along) = all.direction[dof].get_mut(component) else {
+                let what = format!(
+                    "{} has more than three components, for which a table of dofs has no directions",
+                    problem.unknowns[unknown].name
+                );
+                return Err(Error::usage(what, "compare its fields"));
+            };
+            *along = 1.0;
         }
     }
     let is_moment = |dof: usize| {
