@@ -14,7 +14,7 @@ use faceoff_mesh::error::{Error, Result};
 const FALLS: f64 = 0.8;
 /// More parameters are not tried.
 const MOST: usize = 8;
-/// What is in the names of parameters of an approximation, which are tried first.
+/// What is in the names of parameters of an approximation. Others are tried after them where runs with changes are asked for.
 const FIRST: [&str; 9] = [
     "dt", "tau", "step", "tol", "eps", "pen", "quad", "deg", "order",
 ];
@@ -100,6 +100,7 @@ fn varied(
         .filter(|name| is_free(name))
         .collect();
     let is_first = |name: &str| FIRST.iter().any(|of| name.to_lowercase().contains(of));
+    names.retain(|name| how.diagnose || is_first(name));
     names.sort_by_key(|name| !is_first(name));
     let mesh = of.mesh(rung.level.n)?;
     for name in names.into_iter().take(MOST) {
