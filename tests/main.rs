@@ -22,6 +22,7 @@ mod false_alarms;
 mod faults;
 mod form_numbers;
 mod forms;
+mod found;
 mod given;
 mod hunt;
 mod judge;
