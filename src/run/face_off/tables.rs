@@ -269,13 +269,13 @@ impl Reader {
                     let what = "times are of fields, and this is a number".to_owned();
                     return Err(self.refuse(&place, what, "leave times out"));
                 }
+                self.check_open(&place, &name, &table.up_to, form.as_ref(), of_number)?;
+                self.check_value(&place, table.value.as_deref(), form.as_ref(), of_number)?;
                 if !of_number && table.exact_rtol.is_some() {
                     let what = "exact_rtol is of numbers, and this is a field".to_owned();
                     let remedy = "give orders, or a number that is the error";
                     return Err(self.refuse(&place, what, remedy));
                 }
-                self.check_open(&place, &name, &table.up_to, form.as_ref(), of_number)?;
-                self.check_value(&place, table.value.as_deref(), form.as_ref(), of_number)?;
                 table.times.get_or_insert_with(|| file.times.clone());
                 let asked = self.asked(&place, name, table, &parameters, &codes)?;
                 if of_number && asked.exact.iter().any(|formula| formula.has_time) {
