@@ -12,7 +12,7 @@ use faceoff_mesh::field::Results;
 use faceoff_mesh::mesh::{CellBlock, Field, Mesh, Support, Values};
 
 /// What is wrong with a number, with its place, and what to do; `None` if nothing is.
-pub(super) fn fault(form: &Problem, text: &str) -> Option<(String, String)> {
+fn fault(form: &Problem, text: &str) -> Option<(String, String)> {
     let fault = Functionals::new(form).add(text).err()?;
     let what = format!("value, character {}: {}", fault.at + 1, fault.what);
     Some((what, fault.remedy))
@@ -114,4 +114,22 @@ fn mesh(results: &Results) -> Mesh {
         }
     }
     mesh
+}
+
+/// What is wrong with the `value` of a field, or of a number of a form or of other files, and what to do. The numbers of a form are integrals, as its
+/// scripts write fields only; those of other files are written by the codes.
+pub(super) fn misplaced(
+    value: Option<&str>,
+    form_of_number: Option<&Problem>,
+) -> Option<(String, String)> {
+    let (what, remedy) = match (value, form_of_number) {
+        (Some(text), Some(form)) => return fault(form, text),
+        (Some(_), None) => ("only numbers of a form have a value", "leave value out"),
+        (None, Some(_)) => (
+            "scripts of forms write fields only, and this is a number",
+            "give an integral of the solution, as in value = \"u*dx\"",
+        ),
+        (None, None) => return None,
+    };
+    Some((what.to_owned(), remedy.to_owned()))
 }

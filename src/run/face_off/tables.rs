@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::code::{Code, Protocol};
 use super::form::{in_full, not_open};
-use super::integrals::fault;
+use super::integrals::misplaced;
 use super::level::{Axis, Level};
 use super::{Asked, FaceOff, Formula, Judged, Same, Source};
 use crate::engine::{self, Form, Script, fill};
@@ -265,16 +265,21 @@ impl Reader {
                     table.complete(form);
                 }
                 let of_number = kind == "numbers";
-                if of_number && table.times.is_some() {
-                    let what = "times are of fields, and this is a number".to_owned();
-                    return Err(self.refuse(&place, what, "leave times out"));
-                }
                 self.check_open(&place, &name, &table.up_to, form.as_ref(), of_number)?;
-                self.check_value(&place, table.value.as_deref(), form.as_ref(), of_number)?;
-                if !of_number && table.exact_rtol.is_some() {
-                    let what = "exact_rtol is of numbers, and this is a field".to_owned();
-                    let remedy = "give orders, or a number that is the error";
-                    return Err(self.refuse(&place, what, remedy));
+                let form_of_number = form.as_ref().filter(|_| of_number);
+                if let Some((what, remedy)) = misplaced(table.value.as_deref(), form_of_number) {
+                    return Err(self.refuse(&place, what, &remedy));
+                }
+                let key = match of_number {
+                    true => table.times.as_ref().map(|_| "times"),
+                    false => table.exact_rtol.map(|_| "exact_rtol"),
+                };
+                if let Some(key) = key {
+                    return Err(self.refuse(
+                        &place,
+                        format!("{kind} have no {key}"),
+                        "leave it out",
+                    ));
                 }
                 table.times.get_or_insert_with(|| file.times.clone());
                 let asked = self.asked(&place, name, table, &parameters, &codes)?;
@@ -389,32 +394,6 @@ impl Reader {
         match why {
             None => Ok(()),
             Some(what) => Err(self.refuse(place, what, "leave up_to out")),
-        }
-    }
-
-    /// The numbers of a form are integrals, as its scripts write fields only; those of other files are written by the codes.
-    fn check_value(
-        &self,
-        place: &str,
-        value: Option<&str>,
-        form: Option<&Problem>,
-        of_number: bool,
-    ) -> Result<()> {
-        match (value, form.filter(|_| of_number)) {
-            (Some(text), Some(form)) => match fault(form, text) {
-                Some((what, remedy)) => Err(self.refuse(place, what, &remedy)),
-                None => Ok(()),
-            },
-            (Some(_), None) => {
-                let what = "only numbers of a form have a value".to_owned();
-                Err(self.refuse(place, what, "leave value out"))
-            }
-            (None, Some(_)) => {
-                let what = "scripts of forms write fields only, and this is a number".to_owned();
-                let remedy = "give an integral of the solution, as in value = \"u*dx\"";
-                Err(self.refuse(place, what, remedy))
-            }
-            (None, None) => Ok(()),
         }
     }
 
