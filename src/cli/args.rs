@@ -314,7 +314,7 @@ pub(super) struct Verify {
     /// Refinements [default: each scene's own]
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Vec<u32>,
-    /// In a face-off file or a form: give a parameter this value, also one of its [sweep]; may be given several times
+    /// In a face-off file or a form: give a parameter this value, also one of its sweep; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     pub set: Vec<(String, String)>,
     /// Judge without the engines that are missing, or of a form without the codes that are missing or cannot solve it
