@@ -115,6 +115,20 @@ fn differs(came: &Came) -> bool {
     }
 }
 
+/// A page without releases and printed values, which may change while a fault stays.
+fn without_releases(page: &str) -> String {
+    let line = |line: &str| match line.split_once("; right is ") {
+        Some((_, right)) if line.starts_with("- Prints ") => right.to_owned(),
+        _ => match line.split_once(": ") {
+            Some((head, rest)) if head.split(' ').count() == 2 && !head.starts_with('-') => {
+                format!("{}: {rest}", head.split(' ').next().unwrap_or_default())
+            }
+            _ => line.to_owned(),
+        },
+    };
+    page.lines().map(|of| line(of) + "\n").collect()
+}
+
 /// The page has what each script prints with the installed releases, and says of a fault that is gone that it is.
 /// `FACEOFF_WRITE=1 cargo test --workspace --test all found::` writes it again.
 #[test]
@@ -165,7 +179,7 @@ fn the_page_has_what_the_installed_releases_do() {
     }
     let kept = fs::read_to_string(&page).unwrap();
     assert!(
-        kept == text,
+        without_releases(&kept) == without_releases(&text),
         "docs/found.md is not what the scripts print: write it again by FACEOFF_WRITE=1\n{text}"
     );
 }
