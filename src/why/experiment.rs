@@ -84,7 +84,7 @@ impl Change {
             Change::Rounding => format!("parameters changed by {ULPS} units in the last place"),
             Change::Tolerances => "tolerances divided by 100".into(),
             Change::Parameter(name, percent) => {
-                format!("`{name}` times {}", f64::from(*percent) / 100.0)
+                format!("{name} times {}", f64::from(*percent) / 100.0)
             }
             Change::Load => "a constant load".into(),
             Change::Start => "another start".into(),
@@ -146,7 +146,7 @@ mod tests {
         let reals = ["E", "rtol"].map(str::to_owned).into();
         let all = Change::of_run(&BTreeSet::from(["E", "rtol"]));
         let of: Vec<String> = all[6..].iter().map(Change::words).collect();
-        assert_eq!(of, ["`E` times 1.1", "`E` times 0.9"]);
+        assert_eq!(of, ["E times 1.1", "E times 0.9"]);
         let mut changed = parameters.clone();
         assert!(all[7].parameters(&reals, &mut changed));
         assert_eq!(changed.remove("E").as_deref(), Some("1.8e2"));

@@ -159,7 +159,8 @@ fn by_parameters(
             .filter(|row| is_of(&row.change) && row.of == of);
         let broken = broken.filter(|row| [&*row.a, &*row.b] == codes && !row.agrees && pair.agrees);
         let broken = broken.max_by(|x, y| x.relative.total_cmp(&y.relative));
-        let broken = broken.filter(|row| row.relative > noise);
+        // What is not a number is as far as can be.
+        let broken = broken.filter(|row| !(row.relative <= noise));
         if !takes_otherwise && broken.is_none() {
             return None;
         }
@@ -489,7 +490,7 @@ mod tests {
         assert_eq!(of(all, true, [0.1, 0.1], 0.0), "");
         assert_eq!(
             of(all, true, [0.1, 0.1], 0.05),
-            "`u`: `nu` moves a and b to different answers: they agree with the value that it has, and with `nu` times 1.1 they are \
+            "`u`: `nu` moves a and b to different answers: they agree with the value that it has, and with nu times 1.1 they are \
              5.0e-2 of it apart"
         );
         // Their errors are not the same.
