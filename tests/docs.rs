@@ -263,11 +263,10 @@ fn helps(words: &[&str], text: &mut String) {
         title.join(" "),
         lines.join("\n").trim_end()
     );
-    let below = lines
-        .iter()
-        .skip_while(|line| **line != "Commands:")
-        .skip(1);
-    for line in below.take_while(|line| !line.is_empty()) {
+    for line in ["Commands:", "More:"].iter().flat_map(|heading| {
+        let below = lines.iter().skip_while(move |line| *line != heading);
+        below.skip(1).take_while(|line| !line.is_empty())
+    }) {
         let is_name = line.starts_with("  ") && !line.starts_with("   ");
         let name = line.split_whitespace().next().unwrap_or("help");
         if is_name && name != "help" {

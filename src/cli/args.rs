@@ -71,11 +71,11 @@ pub(super) struct Limits {
 pub(super) enum Command {
     /// Run scenes through all engines and judge every pair
     Verify(Verify),
-    /// Write a weak form as a script of one code, which runs without faceoff
+    /// Write a weak form as a script of one code, to run without faceoff
     Write(Write),
-    /// Begin a face-off of your own: a folder with codes, or a weak form, and a file that `verify` runs at once
+    /// Begin a problem of your own, which `verify` runs at once
     New(New),
-    /// Say of a result of any code whether it solves the scheme, where it does not, and why
+    /// Check whether a result solves the scheme; if not, where and why
     Judge(Judge),
     /// Judge two files of any codes against each other, field by field
     Compare(Compare),
@@ -83,25 +83,25 @@ pub(super) enum Command {
     Certify(Certify),
     /// Solve one scene with one engine
     Solve(Solve),
-    /// Observed orders of convergence beside theory, where the solution is known
+    /// Observed orders of convergence, next to theory where it is known
     Orders(Orders),
     /// Section 6 of the paper again: its tables, figures and statements
     Paper(Paper),
-    /// What each digit costs: every method measured in time, memory and error, and advice
+    /// What each digit costs in time and memory, by method, with advice
     Study(Study),
-    /// What breaks: extremes of data, domains, meshes and gamma0, as a map
+    /// What breaks at extremes of data, domains, meshes and gamma0
     Stress(Stress),
     /// Which releases of which codes agree: a page with badges and history
     Matrix(Matrix),
     /// Look at, check, convert, make or refine meshes
     Mesh(Mesh),
-    /// Begin a scene on a mesh of your own: a TOML file with the groups that it has
+    /// Begin a scene on your mesh: a TOML file with its groups
     Init(Init),
     /// List the built-in scenes, and what each is for
     Scenes(Scenes),
     /// Show which codes are here, their versions, and what is missing
     Engines(Engines),
-    /// Write what a shell needs to complete arguments of faceoff on standard output
+    /// Write completions of arguments for a shell, on standard output
     ///
     /// For bash, for instance: faceoff completions bash > ~/.local/share/bash-completion/completions/faceoff
     Completions(Completions),
@@ -134,6 +134,9 @@ pub(super) struct Scenes {
 pub(super) struct Init {
     /// A mesh of any format that `faceoff mesh info` reads
     pub mesh: PathBuf,
+    /// Say nothing but errors
+    #[arg(help_heading = "Output", long, short)]
+    pub quiet: bool,
 }
 
 /// Where results go.
@@ -142,7 +145,7 @@ pub(super) struct Output {
     /// Write the result as JSON to FILE (`-` for standard output)
     #[arg(help_heading = "Output", long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Write a page, index.html, into DIR, and beside it figures and data
+    /// Write a page (index.html) with figures and data into DIR
     #[arg(help_heading = "Output", long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Say nothing but errors
@@ -314,21 +317,21 @@ pub(super) struct Verify {
     /// Refinements [default: each scene's own]
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Vec<u32>,
-    /// In a face-off file or a form: give a parameter this value, also one of its sweep; may be given several times
+    /// Set a parameter of a face-off file or a form, also one of its sweep; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     pub set: Vec<(String, String)>,
     /// Judge without the engines that are missing, or of a form without the codes that are missing or cannot solve it
     #[arg(long)]
     pub allow_missing: bool,
-    /// Where codes differ and no change of the scheme explains it, run both again with one thing matched at a time (tolerance,
+    /// Search for the cause by more runs: where codes differ and no change of the scheme explains it, run both again with one thing matched at a time (tolerance,
     /// order of the mesh, linear solver) and name what accounts for it; of a face-off, run every code again with one thing changed
     /// that should not matter (order of cells and vertices, threads, the last digits of parameters)
     #[arg(long)]
     pub diagnose: bool,
-    /// Keep in DIR what the other engines answered, or of a face-off what all codes wrote, if all agree
+    /// If all agree, keep answers in DIR: those of the other engines, or of a face-off all results
     #[arg(long, value_name = "DIR", conflicts_with = "against")]
     pub record: Option<PathBuf>,
-    /// Judge against the answers that --record kept in DIR
+    /// Judge against answers that --record kept
     #[arg(long, value_name = "DIR")]
     pub against: Option<PathBuf>,
     /// Keep each answer in DIR as it comes, and take those that an interrupted run of the same settings kept there
@@ -364,6 +367,9 @@ pub(super) struct Write {
     /// A file, or a folder in which it gets its usual name
     #[arg(long, short, value_name = "FILE")]
     pub out: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(help_heading = "Output", long, short)]
+    pub quiet: bool,
 }
 
 /// The folder has a face-off file, a script for FreeFEM and one for dolfinx as their users write them, a README and a pipeline; or the
@@ -382,6 +388,9 @@ pub(super) struct New {
     /// Put this mesh into it, and say which groups it has
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
+    /// Say nothing but errors
+    #[arg(help_heading = "Output", long, short)]
+    pub quiet: bool,
 }
 
 /// The folders of `examples`.
@@ -399,28 +408,30 @@ pub(super) enum Template {
 #[derive(Args)]
 #[command(after_help = formats())]
 pub(super) struct Compare {
+    /// A result: a file, a series or a folder
     pub a: PathBuf,
+    /// Another
     pub b: PathBuf,
-    /// A field agrees where |a-b| <= max(rtol * its largest value, atol) [default: 1e-9]
+    /// Relative tolerance: a field agrees where |a-b| <= max(rtol * its largest value, atol) [default: 1e-9]
     #[arg(long, value_name = "R", value_parser = bound, allow_negative_numbers = true)]
     pub rtol: Option<f64>,
-    /// [default: 0]
+    /// Absolute tolerance [default: 0]
     #[arg(long, value_name = "A", value_parser = bound, allow_negative_numbers = true)]
     pub atol: Option<f64>,
-    /// Tolerances of one field, or of those of a pattern, as in "u:rtol=1e-6,atol=1e-12", and what its problem leaves open, as in
+    /// Tolerances of one field, or of a pattern, as in "u:rtol=1e-6,atol=1e-12", and what its problem leaves open, as in
     /// "p:up_to=constant" (also sign, scale, phase, rigid, gradient, or several joined by +); tolerances that are left out are those of all fields
-    #[arg(long = "field", value_name = "NAME:rtol=R,atol=A,up_to=WHAT", value_parser = of_field)]
+    #[arg(long = "field", value_name = "NAME:KEY=VALUE", value_parser = of_field)]
     pub field: Vec<OfField>,
     /// Take the tolerances of the table compare of this scene where no option gives one
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<String>,
     #[command(flatten)]
     pub trust: Trust,
-    /// Judge this field alone, or those of a pattern as in `u*`, a component as in `u[0]`, a magnitude as in `|u|`, a
+    /// Judge only this field: a pattern as in `u*`, a component as in `u[0]`, a magnitude as in `|u|`, a
     /// divergence or curl as in `div(u)`; may be given several times [default: every field of either file]
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
-    /// Leave this field out, or those of a pattern; may be given several times
+    /// Leave this field out, or a pattern; may be given several times
     #[arg(long, value_name = "NAME")]
     pub except: Vec<String>,
     /// Let NaN on both sides be no difference in this field; NaN against a number always is
@@ -435,7 +446,7 @@ pub(super) struct Compare {
     /// Judge cells of this dimension alone, where one file holds those of the boundary as well
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u8).range(0..=3))]
     pub dim: Option<u8>,
-    /// Match points and cells by their numbers or by their places, or compare fields as functions wherever both meshes are
+    /// How points and cells match: by their numbers, by their places, or fields as functions wherever both meshes are
     /// [default: by numbers where the points of both files are the same; as functions where their cells are others]
     #[arg(long, value_parser = PossibleValuesParser::new(["vertices", "coordinates", "functions"]).map(match_by))]
     pub map: Option<MatchBy>,
@@ -446,7 +457,7 @@ pub(super) struct Compare {
     /// curved domain [default: what rounding of the coordinates makes]
     #[arg(long, value_name = "PART", value_parser = bound, allow_negative_numbers = true)]
     pub uncovered: Option<f64>,
-    /// Write the differences of all fields on the mesh of A
+    /// Write the differences on the mesh of A
     #[arg(long, value_name = "FILE.vtu")]
     pub out: Option<PathBuf>,
     /// Write the fields of B on the mesh of A, by the L2 projection, which keeps integrals
@@ -525,10 +536,10 @@ pub(super) struct Judge {
     /// The field [default: the only one that can be u, or the one of that name]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
-    /// The mesh of the result, with the groups that the scene names [default: that of the file, or the scene's where it has none]
+    /// The mesh of the result (with the groups that the scene names) [default: that of the file, or the scene's where it has none]
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
-    /// Refinement of the scene's mesh, for a file without one [default: the scene's own]
+    /// Refinement of the scene's mesh (for a file without a mesh) [default: the scene's own]
     #[arg(long, conflicts_with = "mesh", value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Option<u32>,
     /// Overrides the scene's gamma0
@@ -557,19 +568,19 @@ pub(super) struct Certify {
     /// The field [default: the only one that can be u, or the one of that name]
     #[arg(long, value_name = "NAME")]
     pub field: Option<String>,
-    /// Take the field as a function of this space, if it is one
+    /// Take the field as a function of this space
     #[arg(long, value_parser = PossibleValuesParser::new(["cr", "p1", "p2"]).try_map(|word| method(&word)))]
     pub element: Option<Method>,
     /// The method that it comes from: the flux on Γ_C is read as this method has it, which is sharper for cr-fc
     #[arg(long, value_parser = method, conflicts_with = "element")]
     pub method: Option<Method>,
-    /// The mesh of the result, with the groups that the scene names [default: that of the file, or the scene's where it has none]
+    /// The mesh of the result (with the groups that the scene names) [default: that of the file, or the scene's where it has none]
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
-    /// Refinement of the scene's mesh, for a file without one [default: the scene's own]
+    /// Refinement of the scene's mesh (for a file without a mesh) [default: the scene's own]
     #[arg(long, conflicts_with = "mesh", value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Option<u32>,
-    /// Write the field, and what each cell adds to the bound, as FILE.vtu, and its faces as FILE-faces.vtu
+    /// Write the field as FILE.vtu (with what each cell adds to the bound), and its faces as FILE-faces.vtu
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -610,19 +621,21 @@ pub(super) struct Solve {
     /// digits, or auto, which takes f32 for large factors (Rust engine only)
     #[arg(long, default_value = "auto")]
     pub precision: Precision,
-    /// Refine until the certified relative error, in the energy norm or of the contact force, is below TOL (Rust engine only)
-    #[arg(long, value_name = "TOL[:g|v|u_h|contact-force]", value_parser = accuracy, allow_negative_numbers = true, conflicts_with_all = ["n", "mesh", "engine", "iteration"])]
+    /// Refine until a certified error is below TOL: relative, in the energy norm or of the contact force; WHAT as for --certify (Rust
+    /// engine only)
+    #[arg(long, value_name = "TOL[:WHAT]", value_parser = accuracy, allow_negative_numbers = true, conflicts_with_all = ["n", "mesh", "engine", "iteration"])]
     pub accuracy: Option<Accuracy>,
     /// With --accuracy: uniform or adaptive meshes only [default: what is predicted to be cheaper]
     #[arg(long, value_name = "uniform|adaptive", requires = "accuracy")]
     pub way: Option<Way>,
-    /// Bound the error of the averaged gradient (g), of an admissible function (v), of u_h, or of the contact force
-    #[arg(long, value_name = "g|v|u_h|contact-force", num_args = 0..=1, require_equals = true, default_missing_value = "g")]
+    /// Bound the error of the averaged gradient (g), of an admissible function (v), of u_h (u_h), or of the contact force
+    /// (contact-force)
+    #[arg(long, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "g")]
     pub certify: Option<Target>,
     /// Tell which model was chosen, what was left out, and what was built for it
     #[arg(long)]
     pub explain: bool,
-    /// Write the solution as FILE.vtu, and its faces as FILE-faces.vtu
+    /// Write the solution as FILE.vtu (and its faces as FILE-faces.vtu)
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
     #[command(flatten)]

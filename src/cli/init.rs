@@ -27,7 +27,9 @@ pub(super) fn run(arguments: &Init) -> Result<u8> {
     if let Err(e) = found {
         note!("faceoff: {shown} is not complete: {e}");
     }
-    tell!("faceoff solve {}", crate::engine::quoted(&[shown]));
+    if !arguments.quiet {
+        tell!("faceoff solve {}", crate::engine::quoted(&[shown]));
+    }
     Ok(DONE)
 }
 

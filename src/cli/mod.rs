@@ -6,6 +6,7 @@ mod certify;
 pub mod compare;
 mod engines;
 mod folders;
+mod help;
 mod init;
 mod judge;
 mod matrix;
@@ -23,7 +24,7 @@ use std::ffi::OsString;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use clap::Parser;
+use clap::{FromArgMatches as _, Parser as _};
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
@@ -62,7 +63,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         cancel::end(Cause::Signal);
     });
     // Never freed: the process ends while its command may still look at them.
-    let arguments: &'static Arguments = Box::leak(Box::new(Arguments::parse_from(arguments)));
+    let arguments: &'static Arguments = Box::leak(Box::new(parsed(arguments)));
     log(arguments.limits.verbose);
     let (done, ended) = mpsc::channel();
     let begun = Instant::now();
@@ -99,6 +100,14 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         note!("faceoff: {e}");
         FAILED
     })
+}
+
+/// The arguments of the process; where they are wrong, or help is asked for, it ends here.
+fn parsed(words: impl IntoIterator<Item = OsString>) -> Arguments {
+    let words: Vec<OsString> = words.into_iter().collect();
+    let is_short = words.iter().any(|word| word == "-h");
+    let matches = help::command(is_short).get_matches_from(words);
+    Arguments::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
 }
 
 /// The arguments of a command, which are no process's own.

@@ -219,12 +219,14 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
             }
         }
     }
-    tell!(
-        "faceoff verify {}{} --report {}",
-        if form.is_some() { "" } else { "--run " },
-        folder.join(file).display(),
-        folder.join("page").display()
-    );
+    if !arguments.quiet {
+        tell!(
+            "faceoff verify {}{} --report {}",
+            if form.is_some() { "" } else { "--run " },
+            folder.join(file).display(),
+            folder.join("page").display()
+        );
+    }
     Ok(DONE)
 }
 

@@ -38,6 +38,9 @@ pub(super) fn run(arguments: &Write) -> Result<u8> {
     let bytes = mesh_bytes(code, &form, &mesh)?;
     save(&mesh, [bytes.as_slice()])?;
     save(&path, [script.as_bytes()])?;
+    if arguments.quiet {
+        return Ok(DONE);
+    }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut words: Vec<&str> = code.command.to_vec();
     words.push(&name);

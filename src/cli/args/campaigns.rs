@@ -15,13 +15,13 @@ pub(in crate::cli) struct Orders {
     /// Scenes with a known solution [default: all that are built in]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
-    /// Instead of scenes: the results of any code, from the coarsest mesh to the finest, in files that `faceoff compare` reads
+    /// Take results of any code instead of scenes: from the coarsest mesh to the finest, in files that `faceoff compare` reads
     #[arg(long, value_name = "FILE,FILE,…", value_delimiter = ',', conflicts_with_all = ["scenes", "methods", "n"])]
     pub results: Vec<PathBuf>,
-    /// Of results: take the errors against this one [default: each against the next]
+    /// Take errors of results against this one [default: each against the next]
     #[arg(long, value_name = "FILE", requires = "results")]
     pub reference: Option<PathBuf>,
-    /// Of results: take the errors against this function, as in "sin(pi*x)*y"; of a vector give one for each component
+    /// Take errors of results against this function, as in "sin(pi*x)*y"; of a vector give one for each component
     #[arg(
         long,
         value_name = "FORMULA",
@@ -30,7 +30,7 @@ pub(in crate::cli) struct Orders {
         allow_hyphen_values = true
     )]
     pub exact: Vec<String>,
-    /// Of results: the field, or a component, magnitude or divergence as in `u[0]`, `|u|` or `div(u)`; may be given several
+    /// Judge only this field of results: a name, a component, magnitude or divergence as in `u[0]`, `|u|` or `div(u)`; may be given several
     /// times [default: all that they share]
     #[arg(long, value_name = "NAME", requires = "results")]
     pub only: Vec<String>,
@@ -56,7 +56,7 @@ pub(in crate::cli) struct Study {
     /// Engines, or TOML files that describe one
     #[arg(long, value_delimiter = ',', default_values = ["rust"])]
     pub engines: Vec<String>,
-    /// What an engine does not have is left out for it
+    /// Methods: an engine runs those that it has
     #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
     pub methods: Methods,
     /// Wall-clock time for everything, as in 90s, 5m or 1h; the two coarsest meshes are measured in any case
@@ -79,7 +79,7 @@ pub(in crate::cli) struct Study {
 /// Exit code: 0 nothing is wrong; 1 something is; 2 not run.
 #[derive(Args)]
 pub(in crate::cli) struct Stress {
-    /// Scenes with an exact solution whose data, domain and gamma0 are taken to extremes
+    /// Scenes with an exact solution: their data, domain and gamma0 are taken to extremes
     #[arg(value_name = "SCENE", default_values = ["transition-1.5", "manufactured-3"])]
     pub scenes: Vec<String>,
     /// Only these families of extremes, as in --families gamma0,flat [default: all]
@@ -88,7 +88,7 @@ pub(in crate::cli) struct Stress {
     /// Engines, or TOML files that describe one
     #[arg(long, value_delimiter = ',', default_values = ["rust"])]
     pub engines: Vec<String>,
-    /// What an engine does not have is left out for it
+    /// Methods: an engine runs those that it has
     #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
     pub methods: Methods,
     #[command(flatten)]

@@ -88,11 +88,11 @@ pub(in crate::cli) struct Form {
     /// Version of MSH: 2.2 or 4.1
     #[arg(long, default_value = "4.1")]
     pub msh_version: String,
-    /// MSH, Medit and VTK: ascii or binary; VTU and VTP: ascii, base64 or raw, the latter two with -zlib, -lz4 or -lzma
+    /// How numbers are written: MSH, Medit and VTK: ascii or binary; VTU and VTP: ascii, base64 or raw, the latter two with -zlib, -lz4 or -lzma
     /// [default: ascii for MSH, .mesh and VTK, raw-zlib for VTU and VTP]
     #[arg(long)]
     pub encoding: Option<String>,
-    /// What the format cannot hold becomes a warning instead of an error
+    /// Warn of what the format cannot hold, instead of an error
     #[arg(long)]
     pub lossy: bool,
 }
