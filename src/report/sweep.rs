@@ -86,7 +86,8 @@ fn figure(of: &OfSweep) -> html::Html {
     let panel = |name: &String| {
         let at = |of: &OfPoint| {
             let x: f64 = of.at.get(name)?.parse().ok()?;
-            let mut point = html::Point::new([x, of.largest?.max(ROUNDING)]);
+            let largest = of.largest.filter(|l| !l.is_nan())?;
+            let mut point = html::Point::new([x, largest.max(ROUNDING)]);
             point.is_bad = !of.verdict.passes();
             point.title = place(&of.at);
             Some(point)
