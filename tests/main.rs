@@ -50,6 +50,7 @@ mod solid;
 mod spectra;
 mod study;
 mod systems;
+mod systems_of_forms;
 mod terminal;
 mod transport;
 mod trust;

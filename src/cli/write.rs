@@ -20,7 +20,7 @@ pub(super) fn run(arguments: &Write) -> Result<u8> {
     let form = FormFile::read(&arguments.form, arguments.n.map(|n| n as usize))?;
     let name = code.mesh_file(&form.problem, form.mesh_file.as_deref());
     let script = code
-        .script_reading(&form.problem, &name)
+        .script_reading(&form.problem, &name, arguments.system)
         .map_err(|what| Error::engine(code.name, what, "take another space or code"))?;
     let Some(out) = &arguments.out else {
         output(format_args!("{script}"));

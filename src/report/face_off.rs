@@ -87,6 +87,14 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         let shown = comparison.fields.iter().find(|f| f.on != On::Domain)?;
         Some(compared(comparison, of_a, shown))
     });
+    // What differs in the equations is the cause of what differs in the fields.
+    let picture: Vec<Block> = match systems::picture(&of.systems) {
+        Some(first) => {
+            rest.extend(picture.map(|map| Block::Page(vec![map])));
+            vec![first]
+        }
+        None => picture.collect(),
+    };
     let claim = claim(of);
     report.story = Story {
         claim: match &of.sweep {
@@ -94,7 +102,7 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
             None => claim,
         },
         rests_on: lede(of),
-        picture: picture.collect(),
+        picture,
         next: next(of),
         rest,
     };

@@ -1,9 +1,14 @@
-//! Linear systems of codes in a report: a sentence per pair, and a row per block.
+//! Linear systems of codes in a report: a sentence per pair, a row per block, and the rows that differ on the mesh.
 
-use super::model::{Table, table};
+use super::html;
+use super::model::{Block, Table, table};
 use crate::campaigns::face_off::OfSystems;
 use crate::text::number::whole;
 use crate::text::{Text, text};
+use crate::why::Stated;
+
+/// Up to here a difference is rounding.
+const TOLERANCE: f64 = 1e-12;
 
 /// What was found of two systems, as a sentence.
 pub fn told(of: &OfSystems) -> Text {
@@ -16,12 +21,21 @@ pub fn told(of: &OfSystems) -> Text {
 
 /// What differs in the first system that does.
 pub fn claim(of: &OfSystems) -> Text {
-    let found = of.found.as_ref().map(|found| found.sentence.clone());
     text!(
         "**{of.a}** and **{of.b}** solve different equations{}: {}",
         of.level.at(),
-        found.unwrap_or_default()
+        words(of)
     )
+}
+
+/// The rows that differ on the mesh, of the first systems that do.
+pub fn picture(all: &[OfSystems]) -> Option<Block<'_>> {
+    let (found, mesh, of) = all
+        .iter()
+        .find_map(|of| Some((of.found.as_ref()?, of.mesh.as_deref()?, of)))?;
+    let what = format!("{} – {}{}", of.a, of.b, of.level.at());
+    let draw = move || html::mesh::rows(mesh, &found.compared.rows, TOLERANCE, &what);
+    Some(Block::Drawn(Box::new(draw)))
 }
 
 /// A sentence per pair.
@@ -35,7 +49,17 @@ pub fn pairs(all: &[OfSystems]) -> Table {
 
 fn words(of: &OfSystems) -> Text {
     let why = of.refused.as_deref().map(Text::message);
+    // What the form says of both, before what differs as a consequence.
+    let is_known =
+        |of: &Stated| !(of.is_form && of.is_derivative != Some(false) || of.sentence.is_empty());
+    let known = of.in_form.iter().any(is_known);
+    let stated = of
+        .in_form
+        .iter()
+        .filter(|of| known && !of.sentence.is_empty());
     let found = of.found.as_ref().map(|found| found.sentence.clone());
+    let all = stated.map(|of| of.sentence.clone()).chain(found);
+    let found = of.found.as_ref().map(|_| Text::joined(all, "; "));
     found.or(why).unwrap_or_default()
 }
 

@@ -10,7 +10,7 @@ use faceoff_form::problem::{Domain, Held};
 use faceoff_form::scalar::Length;
 
 /// A change of a form.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct CauseTold {
     kind: &'static str,
     /// The text of the term, if it is one.

@@ -20,6 +20,7 @@ mod place;
 mod recovery;
 mod scheme;
 mod search;
+mod stated;
 mod systems;
 mod terms;
 
@@ -38,6 +39,7 @@ pub use gamma::FaceGamma;
 pub use in_form::InForm;
 pub use order::{elsewhere, order};
 pub use place::Spot;
+pub use stated::Stated;
 pub use systems::Systems;
 
 /// What is found about a field in a scheme.

@@ -160,14 +160,31 @@ pub fn sentence(of: &Compared, of_matrix: &[OfTerm], of_load: &[OfTerm]) -> Text
 }
 
 fn told(x: f64) -> Number {
-    let rounded = format!("{x:.*e}", DIGITS - 1);
-    Number::exact(rounded.parse().unwrap_or(x))
+    let rounded: f64 = format!("{x:.*e}", DIGITS - 1).parse().unwrap_or(x);
+    match rounded == 0.0 || (1e-3..1e5).contains(&rounded.abs()) {
+        true => Number::exact(rounded),
+        false => Number::power(rounded),
+    }
 }
 
 /// What one has of each term, and the other.
 fn by_terms(of: &Compared, field: &str, all: &[OfTerm]) -> Vec<Text> {
     let own = all.iter().filter(|term| term.of == field);
     own.map(|term| match term.a {
+        Some(0.0) => text!(
+            "{} has {} times `{}` on top, which {} has not",
+            &of.b,
+            told(term.more),
+            &term.term,
+            &of.a
+        ),
+        Some(a) if a + term.more == 0.0 => text!(
+            "{} has {} times `{}` on top, which {} has not",
+            &of.a,
+            told(a),
+            &term.term,
+            &of.b
+        ),
         Some(a) => text!(
             "{} has {} times `{}`, {} has {}",
             &of.a,
@@ -276,7 +293,7 @@ fn load(of: &Compared, loads: &Loads, terms: &[OfTerm]) -> Text {
         Some(factor) => text!(": {b}'s is {a}'s times {}", told(factor)),
         None if first.rows == 0 => text!(": {a} has none, {b}'s is {}", located(second)),
         None if second.rows == 0 => text!(": {b} has none, {a}'s is {}", located(first)),
-        None if first.between != second.between || first.group != second.group => {
+        None if first.between != second.between || first.groups != second.groups => {
             text!(
                 ": {a}'s is {}, {b}'s is {}",
                 located(first),
@@ -311,11 +328,15 @@ fn located(at: &Where) -> Text {
         .filter(|k| low[*k] != 0.0 || high[*k] != 0.0)
         .max()
         .map_or(1, |k| k + 1);
-    match &at.group {
-        Some(group) => text!("on `{group}`"),
-        None if at.everywhere => text!("everywhere"),
-        None if low == high => text!("at {}", place(&low[..dim])),
-        None => text!("between {} and {}", place(&low[..dim]), place(&high[..dim])),
+    match &at.groups[..] {
+        [_, _, ..] if at.everywhere => text!("everywhere"),
+        [_, ..] => {
+            let names = at.groups.iter().map(|group| text!("`{group}`"));
+            text!("on {}", Text::joined(names, " and "))
+        }
+        [] if at.everywhere => text!("everywhere"),
+        [] if low == high => text!("at {}", place(&low[..dim])),
+        [] => text!("between {} and {}", place(&low[..dim]), place(&high[..dim])),
     }
 }
 

@@ -2,8 +2,11 @@
 
 use std::fmt::Write as _;
 
-use super::plane::{Layers, Shades, View, circle, map, mean, path, polygon, word};
+use super::markup::html;
+use super::plane::{Layers, Shades, View, WIDTH, circle, map, mean, path, polygon, word};
+use super::ramp::Ramp;
 use super::{Html, in_thirds};
+use crate::text::number::whole;
 use crate::text::text;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::{Field, Mesh, Support};
@@ -278,4 +281,52 @@ pub(in crate::report) fn located(mesh: &Mesh, places: &[[f64; 3]]) -> Result<Htm
     );
     let picture = map(caption, "the worst cells", scene.view.height, &svg);
     Ok(in_thirds([picture]))
+}
+
+/// Rows of linear systems of `what` that differ, as dots on the mesh in the colour of their difference, the largest on top.
+///
+/// # Errors
+/// The command has ended.
+pub(in crate::report) fn rows(
+    mesh: &Mesh,
+    rows: &[([f64; 3], f64)],
+    tolerance: f64,
+    what: &str,
+) -> Result<Html> {
+    let scene = Scene::new(mesh)?;
+    if scene.shapes.is_empty() || rows.is_empty() {
+        return Ok(Html::default());
+    }
+    let view = &scene.view;
+    let ramp = Ramp::over(tolerance, rows.iter().map(|(_, size)| *size));
+    let mut dots: Vec<([f64; 2], usize)> = rows
+        .iter()
+        .map(|(at, size)| (scene.sight.flat(*at), ramp.step(*size)))
+        .collect();
+    dots.sort_by_key(|(_, colour)| *colour);
+    let mut svg = scene.painted("k", |_, _| 2);
+    if dots.len() > MOST {
+        let mut layers = Layers::new("k");
+        layers.add_squares(view, dots.into_iter());
+        svg += &layers.svg(true);
+    } else {
+        let area = WIDTH * view.height;
+        let radius = (0.3 * (area / dots.len() as f64).sqrt()).clamp(1.5, 6.0);
+        for (at, colour) in dots {
+            let [x, y] = view.pixel(at);
+            let _ = write!(
+                svg,
+                "<circle class=\"f k{colour}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\"/>"
+            );
+        }
+    }
+    let caption = text!(
+        "**Where the systems differ.** {} rows of {what}, each at the place of its dof; {}",
+        whole(rows.len()),
+        scene.words()
+    );
+    let label = format!("rows of the systems of {what} that differ");
+    let picture = map(caption, &label, view.height, &svg);
+    let bar = ramp.bar("Largest difference in a row, over its largest entry or the load");
+    Ok(html! { (picture) (bar) })
 }

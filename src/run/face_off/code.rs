@@ -265,7 +265,8 @@ impl Own {
                 return Ok(());
             };
             let (a, b, mut table) = own::system(&problem, mesh)?;
-            table.values = Some(solution.u.clone());
+            // The system at a state has not the solution.
+            table.values = problem.clone().is_linear().then(|| solution.u.clone());
             io::write_matrix(&folder.join(matrix), &a)?;
             io::write_vector(&folder.join(load), &b)?;
             io::write_dofs(&folder.join(dofs), &table)

@@ -48,6 +48,8 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
         mesh,
         // Does it write its linear system too?
         has_system,
+        // Is that at a state, since the form is not linear?
+        has_state => has_system && !problem.clone().is_linear(),
         dim => problem.dim,
         cell => cell(problem),
         // Names of the coordinates.

@@ -72,27 +72,36 @@ impl Code {
     /// # Errors
     /// What the code lacks for this problem.
     pub fn script(&self, problem: &Problem) -> std::result::Result<String, String> {
-        self.script_reading(problem, &self.mesh_file(problem, None))
-    }
-
-    /// The script that, run alone, reads a mesh of this name.
-    ///
-    /// # Errors
-    /// As [`Code::script`].
-    pub fn script_reading(
-        &self,
-        problem: &Problem,
-        mesh: &str,
-    ) -> std::result::Result<String, String> {
-        self.filled(problem, mesh, false)
+        self.script_reading(problem, &self.mesh_file(problem, None), false)
     }
 
     /// The script that writes the linear system of the form beside its result too: `A.mtx`, `b.mtx` and `dofs.csv`, with rows of the identity for given
-    /// dofs, and values at nodes where the code's own basis is hierarchical.
+    /// dofs, and values at nodes where the code's own basis is hierarchical. Of a form that is not linear it is that of Newton's method at the state
+    /// of [`own::state`](crate::own::state).
     ///
     /// # Errors
     /// As [`Code::script`]; a form with steps in time; dofs that a table cannot tell apart.
     pub fn script_with_system(&self, problem: &Problem) -> std::result::Result<String, String> {
+        self.script_reading(problem, &self.mesh_file(problem, None), true)
+    }
+
+    /// The script that, run alone, reads a mesh of this name, with its linear system or without.
+    ///
+    /// # Errors
+    /// As [`Code::script`] and [`Code::script_with_system`].
+    pub fn script_reading(
+        &self,
+        problem: &Problem,
+        mesh: &str,
+        has_system: bool,
+    ) -> std::result::Result<String, String> {
+        if has_system {
+            self.may_write_system(problem)?;
+        }
+        self.filled(problem, mesh, has_system)
+    }
+
+    fn may_write_system(&self, problem: &Problem) -> std::result::Result<(), String> {
         if self.name == nutils::CODE.name {
             return Err("scripts for nutils write no linear system".into());
         }
@@ -113,7 +122,7 @@ impl Code {
                 );
             }
         }
-        self.filled(problem, &self.mesh_file(problem, None), true)
+        Ok(())
     }
 
     fn filled(

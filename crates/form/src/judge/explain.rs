@@ -50,9 +50,10 @@ pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
     others.filter(|others| others.is_exact).or(found)
 }
 
-/// What changes have to add to rows: the rows with the other sign, over their sizes.
+/// What changes have to add to rows, over their sizes.
 pub fn wanted(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
-    scaled(residual, values).iter().map(|r| -r).collect()
+    let all = residual.goal.iter().zip(values);
+    scaled(residual, &all.map(|(goal, r)| goal - r).collect::<Vec<_>>())
 }
 
 /// Over the sizes of rows.

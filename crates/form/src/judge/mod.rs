@@ -12,12 +12,14 @@ mod known;
 mod local;
 pub mod recovery;
 mod residual;
+mod stated;
 
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
 
 pub use change::{Cause, Change, Digits, Explanation, Given, Interpolated, Part, Penalty, Size};
 use residual::{Residual, largest};
+pub use stated::{Equations, equations};
 
 use crate::own::places;
 use crate::problem::Problem;
@@ -77,22 +79,27 @@ pub struct Term {
 pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh, unit: f64) -> Result<Judged> {
     let residual = Residual::new(problem, source, result, unit)?;
     let (rows, held) = rows(&residual);
-    let terms = residual.terms.iter().zip(texts(problem));
-    let terms = terms.map(|(values, text)| {
-        let all = values.iter().zip(&residual.sizes);
-        let largest = all.fold(0.0_f64, |most, (r, size)| most.max(relative(*r, *size)));
-        Term { text, largest }
-    });
     Ok(Judged {
         dofs: residual.u.len(),
         free: rows.len(),
         rows,
         held,
         means: off_means(&residual),
-        terms: terms.collect(),
+        terms: terms(&residual),
         explanation: explanation(&residual, unit),
         given: given::explain(&residual, unit),
     })
+}
+
+/// The terms of F, in their order.
+fn terms(residual: &Residual<'_>) -> Vec<Term> {
+    let terms = residual.terms.iter().zip(texts(residual.problem));
+    let terms = terms.map(|(values, text)| {
+        let all = values.iter().zip(&residual.sizes);
+        let largest = all.fold(0.0_f64, |most, (r, size)| most.max(relative(*r, *size)));
+        Term { text, largest }
+    });
+    terms.collect()
 }
 
 /// A change of the form, or else one of the values.

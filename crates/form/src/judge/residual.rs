@@ -26,6 +26,8 @@ pub struct Residual<'a> {
     pub terms: Vec<Vec<f64>>,
     /// For each row the sum of the absolute values of what it is made of.
     pub sizes: Vec<f64>,
+    /// What the rows should have: 0 of a result.
+    pub goal: Vec<f64>,
 }
 
 impl<'a> Residual<'a> {
@@ -45,6 +47,19 @@ impl<'a> Residual<'a> {
         }
         let assembler = Assembler::of(problem, source, &problem.integrals, true)?;
         let u = read(&assembler, result, unit)?;
+        Residual::of(problem, source, assembler, u)
+    }
+
+    /// Of any values of all dofs.
+    ///
+    /// # Errors
+    /// Dirichlet values that cannot be had, and a residual that is not finite.
+    pub fn of(
+        problem: &'a Problem,
+        source: &'a Mesh,
+        assembler: Assembler,
+        u: Vec<f64>,
+    ) -> Result<Self> {
         let parameters: Vec<f64> = problem.parameters.iter().map(|p| p.value).collect();
         let mut found = Residual {
             problem,
@@ -55,6 +70,7 @@ impl<'a> Residual<'a> {
             whole: vec![0.0; u.len()],
             terms: Vec::new(),
             sizes: vec![0.0; u.len()],
+            goal: vec![0.0; u.len()],
             assembler,
             u,
             parameters,

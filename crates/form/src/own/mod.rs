@@ -33,5 +33,5 @@ pub use places::dof_table;
 pub(crate) use places::places;
 pub(crate) use read::read;
 pub use solve::{Solution, solve, solve_with};
-pub use system::system;
+pub use system::{state, system};
 pub(crate) use work::{Entity, Work, facets};

@@ -10,8 +10,8 @@ use super::held::held;
 use super::places::dof_table;
 use crate::problem::Problem;
 
-/// A, b and the table of dofs of a form: the derivative of F at 0 and -F(0; ·), with rows of the identity for given dofs. Means and their multipliers are not
-/// part of it.
+/// A, b and the table of dofs of a form: the derivative of F at 0 and -F(0; ·), of a form that is not linear at [`state`], with rows of the identity for given
+/// dofs. Means and their multipliers are not part of it.
 ///
 /// # Errors
 /// A form with steps in time; a mesh on which nothing can be solved; values that are not finite.
@@ -27,9 +27,13 @@ pub fn system(problem: &Problem, source: &Mesh) -> Result<(Coordinates, Vec<f64>
     let parameters: Vec<f64> = problem.parameters.iter().map(|p| p.value).collect();
     let held = held(&assembler, source, &parameters)?;
     let count = assembler.dofs.count();
-    let zero = vec![0.0; count];
+    let table = dof_table(&assembler)?;
+    let u = match problem.clone().is_linear() {
+        true => vec![0.0; count],
+        false => state(&table),
+    };
     let state = State {
-        u: &zero,
+        u: &u,
         old: &[],
         parameters: &parameters,
     };
@@ -43,7 +47,7 @@ pub fn system(problem: &Problem, source: &Mesh) -> Result<(Coordinates, Vec<f64>
         let what = format!("a number of the system of {} is not finite", problem.name);
         return Err(Error::usage(
             what,
-            "shift the problem so that its derivative at 0 exists",
+            "shift the problem so that its derivative exists at 0, or where it is not linear at values between 15/16 and 17/16",
         ));
     }
     let mut entries = Vec::with_capacity(assembler.pattern.values());
@@ -72,5 +76,15 @@ pub fn system(problem: &Problem, source: &Mesh) -> Result<(Coordinates, Vec<f64>
         columns: count,
         entries,
     };
-    Ok((matrix, load.collect(), dof_table(&assembler)?))
+    Ok((matrix, load.collect(), table))
+}
+
+/// Values of all dofs that depend on their places x and directions d alone, so that every code has the same: Σ dᵢ (1 + sin(i + x₀ + 2 x₁ + 3 x₂)/16).
+pub fn state(dofs: &DofTable) -> Vec<f64> {
+    let each = dofs.at.iter().zip(&dofs.direction).map(|(x, d)| {
+        let phase = x[0] + 2.0 * x[1] + 3.0 * x[2];
+        let along = |i: usize| d[i] * (1.0 + (phase + i as f64).sin() / 16.0);
+        (0..3).map(along).sum()
+    });
+    each.collect()
 }

@@ -155,8 +155,8 @@ impl Both<'_> {
         };
         let regions = members(&settings.regions, &a.dofs.at)?;
         let place = |rows: &[usize], all: usize| located(rows, all, &a.dofs.at, &regions);
-        let constrained = constrained(self, rtol, &place);
         let mut worst = vec![0.0f64; count];
+        let constrained = constrained(self, rtol, &mut worst, &place);
         let matrix = blocks(self, rtol, &mut worst, &place)?;
         let load = loads(self, rtol, &mut worst, &place);
         let differs =
@@ -207,6 +207,12 @@ impl Both<'_> {
         })
     }
 
+    /// The value of a constrained dof in a system: what that system gives, else what the other one does.
+    pub fn held(&self, which: usize, row: usize) -> f64 {
+        let value = |k: usize| self.rows[k][row].and_then(|held| held.value);
+        value(which).or(value(1 - which)).unwrap_or(0.0)
+    }
+
     /// Does a row have a constrained column in either system?
     fn is_touched(&self, row: usize) -> bool {
         self.matrices
@@ -239,6 +245,7 @@ fn given(own: &[Option<Held>], other: &[Option<Held>]) -> Vec<f64> {
 fn constrained(
     both: &Both<'_>,
     rtol: f64,
+    worst: &mut [f64],
     place: &dyn Fn(&[usize], usize) -> Where,
 ) -> Constrained {
     let mut found = Constrained::default();
@@ -258,6 +265,8 @@ fn constrained(
             [None, None] => continue,
             [a, _] => {
                 found.only[usize::from(a.is_none())] += 1;
+                // All of it.
+                worst[k] = 1.0;
                 only.push(k);
             }
         }
@@ -269,6 +278,7 @@ fn constrained(
         let far = (a - b).abs();
         if far > rtol * most {
             differ.push(*k);
+            worst[*k] = far / most;
             found.largest = found.largest.max(far / most);
         }
     }

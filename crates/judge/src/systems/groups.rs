@@ -8,6 +8,9 @@ use crate::places;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
 
+/// Rows are told by the groups that have them up to so many groups.
+const GROUPS: usize = 6;
+
 /// A named group of a mesh, by the places where dofs of low order lie on it.
 #[derive(Debug, Clone)]
 pub struct Region {
@@ -24,9 +27,9 @@ pub struct Where {
     pub rows: usize,
     /// Are they at least 9 of 10 rows that may differ?
     pub everywhere: bool,
-    /// The smallest group that has all of them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub group: Option<String>,
+    /// The smallest group that has all of them, or else the fewest groups that have them together.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub groups: Vec<String>,
     /// The least and the greatest coordinates.
     pub between: [[f64; 3]; 2],
 }
@@ -100,22 +103,45 @@ pub fn located(
         }
     }
     let everywhere = 10 * rows.len() >= 9 * all;
-    let fitting = members
-        .iter()
-        .filter(|(_, is_in)| !rows.is_empty() && rows.iter().all(|row| is_in[*row]));
-    let sized = fitting.map(|(name, is_in)| (is_in.iter().filter(|is| **is).count(), name));
-    // A group that has many more rows is no place for a few.
-    let least = sized
-        .min()
-        .filter(|(count, _)| *count <= 4 * rows.len() && *count < at.len());
     Where {
         rows: rows.len(),
         everywhere,
-        group: least.map(|(_, name)| name.clone()),
+        groups: cover(rows, at.len(), members),
         between: if rows.is_empty() {
             [[0.0; 3]; 2]
         } else {
             between
         },
     }
+}
+
+/// The groups that have these rows together, each time the one that has most of the rest, and of such the smallest; none where it takes too many or they have many
+/// more rows, since such groups are no place for a few.
+fn cover(rows: &[usize], count: usize, members: &[(String, Vec<bool>)]) -> Vec<String> {
+    let mut rest: Vec<usize> = rows.to_vec();
+    let mut found: Vec<&(String, Vec<bool>)> = Vec::new();
+    while !rest.is_empty() && found.len() < GROUPS {
+        let sized = members.iter().map(|of| {
+            let has = rest.iter().filter(|row| of.1[**row]).count();
+            (has, of.1.iter().filter(|is| **is).count(), of)
+        });
+        let best = sized
+            .filter(|(has, size, _)| *has > 0 && *size < count)
+            .max_by(|a, b| {
+                let by_name = || b.2.0.cmp(&a.2.0);
+                a.0.cmp(&b.0).then(b.1.cmp(&a.1)).then_with(by_name)
+            });
+        let Some((.., best)) = best else {
+            return Vec::new();
+        };
+        rest.retain(|row| !best.1[*row]);
+        found.push(best);
+    }
+    let all = (0..count).filter(|row| found.iter().any(|of| of.1[*row]));
+    if !rest.is_empty() || all.count() > 4 * rows.len() {
+        return Vec::new();
+    }
+    let mut names: Vec<String> = found.into_iter().map(|(name, _)| name.clone()).collect();
+    names.sort();
+    names
 }

@@ -249,6 +249,10 @@ r = petsc.assemble_vector(F)
 if step == 0:
     first, *found = A.getValuesCSR()
     system = (np.repeat(np.arange(len(first) - 1), np.diff(first)), *found), r.array.copy()
+{% if has_state %}
+    {{ total }}.x.array[:] = 0
+    continue
+{% endif %}
 {% endif %}
 d = A.createVecRight()
 d.array[held] = ({{ total }}.x.array - goal.x.array)[held]
@@ -274,6 +278,37 @@ solver.solve(r, d)
 {{ total }}.x.array[:] -= d.array
 {% endcall %}
 {% endset %}
+{% if has_system %}
+{% include "system.py" %}
+at_dofs, directions = np.zeros((2, len(goal.x.array), 3))
+names = [""]*len(at_dofs)
+
+
+def describe(name, part):
+    """The places and directions of dofs, by interpolation of constants and coordinates."""
+    own, dofs = (V, np.arange(len(goal.x.array))) if part is V else part.collapse()
+    function, dofs = fem.Function(own), np.asarray(dofs)
+    size = function.ufl_shape[0] if function.ufl_shape else None
+
+    def along(axis, f):
+        function.interpolate(lambda x: f(x) if size is None else np.array([f(x) if i == axis else 0*x[0] for i in range(size)]))
+        return function.x.array.copy()
+
+    d = np.array([along(i, lambda x: 1 + 0*x[0]) for i in range(size or 1)])
+    directions[dofs, : len(d)] = d.T
+    for k in range({{ dim }}):
+        at_dofs[dofs, k] = sum(d[i]*along(i, lambda x: x[k]) for i in range(len(d)))/(d**2).sum(axis=0)
+    for dof in dofs:
+        names[dof] = name
+
+
+{% for u in unknowns %}
+describe("{{ u.title }}", {{ part(loop.index0, none) }})
+{% endfor %}
+{% if has_state %}
+{{ total }}.x.array[:] = state(at_dofs, directions)
+{% endif %}
+{% endif %}
 {% if not time %}
 
 {{ solve }}
@@ -318,35 +353,9 @@ at = np.pad(at, ((0, 0), (0, 0), (0, 3 - at.shape[2])))
 
 
 {% if has_system %}
-{% include "system.py" %}
-at_dofs, directions = np.zeros((2, len(goal.x.array), 3))
-names = [""]*len(at_dofs)
 is_held = np.zeros(len(goal.x.array), bool)
 is_held[held] = True
-
-
-def describe(name, part):
-    """The places and directions of dofs, by interpolation of constants and coordinates."""
-    own, dofs = (V, np.arange(len(goal.x.array))) if part is V else part.collapse()
-    function, dofs = fem.Function(own), np.asarray(dofs)
-    size = function.ufl_shape[0] if function.ufl_shape else None
-
-    def along(axis, f):
-        function.interpolate(lambda x: f(x) if size is None else np.array([f(x) if i == axis else 0*x[0] for i in range(size)]))
-        return function.x.array.copy()
-
-    d = np.array([along(i, lambda x: 1 + 0*x[0]) for i in range(size or 1)])
-    directions[dofs, : len(d)] = d.T
-    for k in range({{ dim }}):
-        at_dofs[dofs, k] = sum(d[i]*along(i, lambda x: x[k]) for i in range(len(d)))/(d**2).sum(axis=0)
-    for dof in dofs:
-        names[dof] = name
-
-
-{% for u in unknowns %}
-describe("{{ u.title }}", {{ part(loop.index0, none) }})
-{% endfor %}
-write_system(*system, is_held, goal.x.array, {{ total }}.x.array, at_dofs, directions, names)
+write_system(*system, is_held, goal.x.array, {{ total ~ ".x.array, " if not has_state }}at_dofs, directions, names)
 
 
 {% endif %}

@@ -173,6 +173,10 @@ A = model.tangent_matrix()
 if step == 0:
     (starts, at_rows), values_of_A = A.csc_ind(), A.csc_val()
     system = (at_rows, np.repeat(np.arange(len(held)), np.diff(starts)), values_of_A), -model.rhs()
+{% if has_state %}
+    total[:] = 0
+    continue
+{% endif %}
 {% endif %}
 d = np.where(held, goal - total, 0.0)
 r = (model.rhs() - A.mult(d))[free]
@@ -181,6 +185,40 @@ total += d
 {% endcall %}
 model.to_variables(total)
 {% endset %}
+{% if has_system %}
+{% include "system.py" %}
+
+count = sum(of_it.nbdof() for of_it in spaces.values())  # behind them come multipliers of means
+at_dofs, directions, names = np.zeros((count, {{ dim }})), np.zeros((count, 3)), [""]*count
+
+
+def describe(title, name, component):
+    """The places and directions of dofs: of functions of vectors, constants by projection."""
+    first, size = model.interval_of_variable(name)
+    dofs = slice(first, first + size)
+    at_dofs[dofs], names[dofs] = spaces[name].basic_dof_nodes().T, [title]*size
+    if component is not None:
+        directions[dofs, component] = 1.0
+        return
+    integrate = lambda order, text: gf.asm_generic(exact, order, text, -1, model, "select_output", *[name]*order)
+    M = integrate(2, f"Test2_{name}.Test_{name}")
+    for k in range({{ dim }}):
+        directions[dofs, k] = gf.linsolve_mumps(M, integrate(1, f"Test_{name}({k + 1})")).ravel()
+
+
+{% for u in unknowns %}
+{% if u.is_vector %}
+describe("{{ u.title }}", "{{ u.name }}", None)
+{% else %}
+{% for part in u.parts %}
+describe("{{ u.title }}", "{{ part.name }}", {{ loop.index0 }})
+{% endfor %}
+{% endif %}
+{% endfor %}
+{% if has_state %}
+total[:count] = state(at_dofs, directions)
+{% endif %}
+{% endif %}
 {% if not time %}
 {{ solve }}
 {%- else %}
@@ -222,38 +260,9 @@ def values(*names):
 
 
 {% if has_system %}
-{% include "system.py" %}
-
-count = sum(of_it.nbdof() for of_it in spaces.values())  # behind them come multipliers of means
-at_dofs, directions, names = np.zeros((count, {{ dim }})), np.zeros((count, 3)), [""]*count
-
-
-def describe(title, name, component):
-    """The places and directions of dofs: of functions of vectors, constants by projection."""
-    first, size = model.interval_of_variable(name)
-    dofs = slice(first, first + size)
-    at_dofs[dofs], names[dofs] = spaces[name].basic_dof_nodes().T, [title]*size
-    if component is not None:
-        directions[dofs, component] = 1.0
-        return
-    integrate = lambda order, text: gf.asm_generic(exact, order, text, -1, model, "select_output", *[name]*order)
-    M = integrate(2, f"Test2_{name}.Test_{name}")
-    for k in range({{ dim }}):
-        directions[dofs, k] = gf.linsolve_mumps(M, integrate(1, f"Test_{name}({k + 1})")).ravel()
-
-
-{% for u in unknowns %}
-{% if u.is_vector %}
-describe("{{ u.title }}", "{{ u.name }}", None)
-{% else %}
-{% for part in u.parts %}
-describe("{{ u.title }}", "{{ part.name }}", {{ loop.index0 }})
-{% endfor %}
-{% endif %}
-{% endfor %}
 A, r = system
 inside = (A[0] < count) & (A[1] < count)
-write_system([each[inside] for each in A], r[:count], held[:count], goal[:count], total[:count], at_dofs, directions, names)
+write_system([each[inside] for each in A], r[:count], held[:count], goal[:count], {{ "total[:count], " if not has_state }}at_dofs, directions, names)
 
 
 {% endif %}

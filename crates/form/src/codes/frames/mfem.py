@@ -275,6 +275,10 @@ A = (
 {% if has_system %}
 if step == 0:
     system = scipy.sparse.find(A), r
+{% if has_state %}
+    total[:] = 0
+    continue
+{% endif %}
 {% endif %}
 d = np.where(held, total - goal, 0.0)
 {% if means %}
@@ -287,6 +291,16 @@ d[free] = splu(A.tocsc()[free][:, free]).solve((r - A @ d)[free])
 total -= d
 {% endcall %}
 {% endset %}
+{% if has_system %}
+{% include "system.py" %}
+
+at_dofs = np.concatenate([each.at for size, each in zip(sizes, spaces) for _ in range(size or 1)])
+directions = np.concatenate([np.tile(np.eye(3)[k], (len(each.at), 1)) for size, each in zip(sizes, spaces) for k in range(size or 1)])
+names = np.repeat([{% for u in unknowns %}"{{ u.title }}", {% endfor %}], np.diff(first))
+{% if has_state %}
+total[:] = state(at_dofs, directions)
+{% endif %}
+{% endif %}
 {% if not time %}
 {{ solve }}
 {%- else %}
@@ -317,12 +331,7 @@ def values(k):
 
 
 {% if has_system %}
-{% include "system.py" %}
-
-at_dofs = np.concatenate([each.at for size, each in zip(sizes, spaces) for _ in range(size or 1)])
-directions = np.concatenate([np.tile(np.eye(3)[k], (len(each.at), 1)) for size, each in zip(sizes, spaces) for k in range(size or 1)])
-names = np.repeat([{% for u in unknowns %}"{{ u.title }}", {% endfor %}], np.diff(first))
-write_system(*system, held, goal, total, at_dofs, directions, names)
+write_system(*system, held, goal, {{ "total, " if not has_state }}at_dofs, directions, names)
 
 
 {% endif %}

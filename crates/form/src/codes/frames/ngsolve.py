@@ -227,6 +227,10 @@ a.mat.AsVector().data += J.mat.AsVector()
 if step == 0:
     rows, columns, entries = map(np.asarray, a.mat.COO())
     system = scipy.sparse.csr_matrix((entries, (rows, columns)), (V.ndof, V.ndof)), r.FV().NumPy().copy()
+{% if has_state %}
+    total.vec[:] = 0
+    continue
+{% endif %}
 {% endif %}
 d.FV().NumPy()[:] = np.where(free, 0, total.vec.FV().NumPy() - goal.vec.FV().NumPy())
 r.data -= a.mat * d
@@ -234,39 +238,6 @@ d.data += a.mat.Inverse(V.FreeDofs(), inverse="umfpack") * r
 total.vec.data -= d
 {% endcall %}
 {% endset %}
-{% if not time %}
-
-{{ solve }}
-{%- else %}
-
-# Initial values.
-{% for initial in time.initial %}
-hold({{ part("total", initial.function) }}, VOL, {{ 4 if initial.family == "CR" else initial.degree }}, (None, CF({{ initial.text }})))
-{% endfor %}
-
-# Steps in time: {{ time.t }} is that at the end of a step.
-for number in range(1, {{ time.steps + 1 }}):
-    {{ time.t }}.Set(number*{{ time.dt }})
-    before.vec.data = total.vec
-{% for each in interpolated %}
-    hold({{ each.name }}, VOL, {{ each.degree }}, (None, CF({{ each.text }})))
-{% endfor %}
-{{ solve|within }}
-{%- endif %}
-
-# The values at the nodes of VTK's cells.
-{# Reference coordinates of simplices belong to the first vertices; the last one is the origin. #}
-nodes = ngsolve.IntegrationRule([{% for node in output.nodes %}[{{ (node[1:] if cell.is_cube else node[:dim])|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}], [1.0]*{{ output.nodes|length }})
-mapped = mesh.MapToAllElements({ {{- kinds[0] }}: nodes}, VOL)
-
-
-def values(function):
-    return CF(function)(mapped).reshape(len(cells), {{ output.nodes|length }}, -1)
-
-
-at = values((x, y, z))
-
-
 {% if has_system %}
 {% include "system.py" %}
 
@@ -310,12 +281,50 @@ to_nodes.data[abs(to_nodes.data) < 1e-14] = 0
 to_nodes.eliminate_zeros()
 directions = np.concatenate([np.pad(each[2], ((0, 0), (0, 3 - each[2].shape[1]))) for each in found])
 count = len(at_dofs)  # behind them come multipliers of means
-A, r = system
 from_nodes = scipy.sparse.linalg.inv(to_nodes)
+{% if has_state %}
+total.vec.FV().NumPy()[:count] = from_nodes @ state(at_dofs, directions)
+{% endif %}
+{% endif %}
+{% if not time %}
+
+{{ solve }}
+{%- else %}
+
+# Initial values.
+{% for initial in time.initial %}
+hold({{ part("total", initial.function) }}, VOL, {{ 4 if initial.family == "CR" else initial.degree }}, (None, CF({{ initial.text }})))
+{% endfor %}
+
+# Steps in time: {{ time.t }} is that at the end of a step.
+for number in range(1, {{ time.steps + 1 }}):
+    {{ time.t }}.Set(number*{{ time.dt }})
+    before.vec.data = total.vec
+{% for each in interpolated %}
+    hold({{ each.name }}, VOL, {{ each.degree }}, (None, CF({{ each.text }})))
+{% endfor %}
+{{ solve|within }}
+{%- endif %}
+
+# The values at the nodes of VTK's cells.
+{# Reference coordinates of simplices belong to the first vertices; the last one is the origin. #}
+nodes = ngsolve.IntegrationRule([{% for node in output.nodes %}[{{ (node[1:] if cell.is_cube else node[:dim])|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}], [1.0]*{{ output.nodes|length }})
+mapped = mesh.MapToAllElements({ {{- kinds[0] }}: nodes}, VOL)
+
+
+def values(function):
+    return CF(function)(mapped).reshape(len(cells), {{ output.nodes|length }}, -1)
+
+
+at = values((x, y, z))
+
+
+{% if has_system %}
+A, r = system
 A, r = from_nodes.T @ A[:count, :count] @ from_nodes, from_nodes.T @ r[:count]
 held = abs(to_nodes) @ free[:count] == 0
 values_at_nodes = lambda function: to_nodes @ function.vec.FV().NumPy()[:count]
-write_system(scipy.sparse.find(A), r, held, values_at_nodes(goal), values_at_nodes(total), at_dofs, directions, sum((each[3] for each in found), []))
+write_system(scipy.sparse.find(A), r, held, values_at_nodes(goal), {{ "values_at_nodes(total), " if not has_state }}at_dofs, directions, sum((each[3] for each in found), []))
 
 
 {% endif %}

@@ -216,6 +216,10 @@ A = (
 {% if has_system %}
 if step == 0:
     system = scipy.sparse.find(A), r
+{% if has_state %}
+    total[:] = 0
+    continue
+{% endif %}
 {% endif %}
 d = np.where(held, total - goal, 0.0)
 {% if means %}
@@ -228,6 +232,28 @@ d[free] = splu(A.tocsc()[free][:, free]).solve((r - A @ d)[free])
 total -= d
 {% endcall %}
 {% endset %}
+{% if has_system %}
+{% include "system.py" %}
+
+# The directions of dofs: constants, by projection.
+whole = skfem.Basis(mesh, element)
+M = skfem.BilinearForm(lambda {{ increments }}, {{ tests }}, w: 
+{%- for u in unknowns %}{{ " + " if not loop.first }}{{ "sum(a*b for a, b in zip(" ~ u.increment ~ ", " ~ u.test ~ "))" if u.size is not none or u.is_vector else u.increment ~ "*" ~ u.test }}{% endfor %}).assemble(whole)
+loads = [
+{% for axis in axes %}
+{% set i = loop.index0 %}
+    skfem.LinearForm(lambda {{ tests }}, w: 0*w.x[0]
+{%- for u in unknowns %}{% set count = dim if u.is_vector else (u.size or 1) %}{% if i < count %} + {{ u.test }}{{ "[" ~ i ~ "]" if u.size is not none or u.is_vector }}{% endif %}{% endfor %}).assemble(whole),
+{% endfor %}
+]
+directions = splu(M.tocsc()).solve(np.column_stack(loads))
+names = np.empty(basis.N, object)
+for name, dofs in zip([{% for u in unknowns %}"{{ u.title }}", {% endfor %}], {{ "[slice(None)]" if unknowns|length == 1 else "basis.split_indices()" }}):
+    names[dofs] = name
+{% if has_state %}
+total[:] = state(basis.doflocs.T, directions)
+{% endif %}
+{% endif %}
 {% if not time %}
 {{ solve }}
 {%- else %}
@@ -253,24 +279,7 @@ found = skfem.Basis(mesh, element, quadrature=(nodes, np.ones(nodes.shape[1]))).
 
 
 {% if has_system %}
-{% include "system.py" %}
-
-# The directions of dofs: constants, by projection.
-basis = skfem.Basis(mesh, element)
-M = skfem.BilinearForm(lambda {{ increments }}, {{ tests }}, w: 
-{%- for u in unknowns %}{{ " + " if not loop.first }}{{ "sum(a*b for a, b in zip(" ~ u.increment ~ ", " ~ u.test ~ "))" if u.size is not none or u.is_vector else u.increment ~ "*" ~ u.test }}{% endfor %}).assemble(basis)
-loads = [
-{% for axis in axes %}
-{% set i = loop.index0 %}
-    skfem.LinearForm(lambda {{ tests }}, w: 0*w.x[0]
-{%- for u in unknowns %}{% set count = dim if u.is_vector else (u.size or 1) %}{% if i < count %} + {{ u.test }}{{ "[" ~ i ~ "]" if u.size is not none or u.is_vector }}{% endif %}{% endfor %}).assemble(basis),
-{% endfor %}
-]
-directions = splu(M.tocsc()).solve(np.column_stack(loads))
-names = np.empty(basis.N, object)
-for name, dofs in zip([{% for u in unknowns %}"{{ u.title }}", {% endfor %}], {{ "[slice(None)]" if unknowns|length == 1 else "basis.split_indices()" }}):
-    names[dofs] = name
-write_system(*system, held, goal, total, basis.doflocs.T, directions, names)
+write_system(*system, held, goal, {{ "total, " if not has_state }}basis.doflocs.T, directions, names)
 
 
 {% endif %}
