@@ -148,6 +148,7 @@ pages! {
     methods: "docs/theory/methods.md"
     paper: "docs/paper.md"
     python: "docs/python.md"
+    systems: "docs/how-to/systems.md"
     untrusted: "docs/how-to/strangers.md"
 }
 

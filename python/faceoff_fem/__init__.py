@@ -11,7 +11,7 @@ from ._core import __version__
 from ._engine import Case, Engine, engine
 from ._mesh import Field, Group, Mesh, read, write
 from ._program import Result, certify, convert, judge, orders, solve, verify
-from ._systems import Systems, compare_systems
+from ._systems import Systems, compare_systems, write_system
 from .errors import Error, FileError, UsageError
 
 __all__ = [
@@ -39,4 +39,5 @@ __all__ = [
     "solve",
     "verify",
     "write",
+    "write_system",
 ]

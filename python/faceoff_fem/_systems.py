@@ -1,6 +1,7 @@
 """Linear systems of two codes, row by row."""
 
 import json
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,7 +58,7 @@ def compare_systems(a, b, *, rtol=1e-12, volume=None):
 
     A is a matrix of SciPy, PETSc, dolfinx or NGSolve; b an array or a vector of these; dofs a dictionary of columns as in a table of dofs
     (``x``, ``y``, ``z``, ``field``, ``component``, ``dx``, ``dy``, ``dz``, ``value``), or a space of dolfinx, a basis of scikit-fem or a space of
-    NGSolve, of which the columns are made by interpolation. With the volume of the domain the constants of materials are found.
+    NGSolve, also a mixed one, of which the columns are made by interpolation. With the volume of the domain the constants of materials are found.
 
     >>> import numpy as np
     >>> import scipy.sparse
@@ -69,6 +70,25 @@ def compare_systems(a, b, *, rtol=1e-12, volume=None):
     """
     first, second = _system("a", a), _system("b", b)
     return Systems(*_core.compare_systems(first, second, rtol, volume))
+
+
+def write_system(folder, A, b, dofs):
+    """Write a linear system as ``A.mtx``, ``b.mtx`` and ``dofs.csv``, which a face-off compares with those of other codes.
+
+    A, b and dofs are those of :func:`compare_systems`.
+    """
+    system = _system("the system", (A, b, dofs))
+    count, head = len(system.load), "%%MatrixMarket matrix"
+    columns = system.rows + 1, system.columns + 1, system.values
+    path = lambda name: os.path.join(folder, name)
+    shape = f"{head} coordinate real general\n{count} {count} {len(system.values)}"
+    np.savetxt(path("A.mtx"), np.column_stack(columns), "%d %d %.17g", header=shape, comments="")
+    np.savetxt(path("b.mtx"), system.load, "%.17g", header=f"{head} array real general\n{count} 1", comments="")
+    values = [] if system.answer is None else [system.answer]
+    table = np.column_stack([system.at, system.direction, *values]).tolist()
+    with open(path("dofs.csv"), "w") as file:
+        file.write("field,x,y,z,dx,dy,dz" + ",value" * len(values) + "\n")
+        file.writelines(",".join([system.names[k], *map(repr, row)]) + "\n" for k, row in zip(system.field, table))
 
 
 def _system(name, given):
@@ -187,22 +207,34 @@ def _of_dolfinx(V):
 
 
 def _of_skfem(basis, name):
-    element = basis.elem
-    if hasattr(element, "elems"):
-        raise usage("it is a basis of a mixed element", "give the dofs as a dictionary of columns", name)
-    kinds = [key.split("^") for key in element.dofnames]
-    at = {AXES[k]: x for k, x in enumerate(basis.doflocs)}
-    scalar = all(key in ("u", "NA") for (key, *_) in kinds)
-    vector = all(len(key) == 2 and key[0] == "u" for key in kinds)
-    if not scalar and not vector:
-        remedy = "give the dofs as a dictionary of columns, with dx, dy and dz for constant fields"
-        raise usage(f"the dofs of {type(element).__name__} are not values at nodes", remedy, name)
-    component = np.zeros(basis.N, int)
-    if vector:
-        dim = len(basis.doflocs)
-        for k in range(dim):
-            component[np.unique(basis.split_indices()[k])] = k
-    return {**at, "component": component}
+    mixed = hasattr(basis.elem, "elems")
+    indices = basis.split_indices() if mixed else [np.arange(basis.N)]
+    parts = []
+    for k, (element, rows) in enumerate(zip(basis.elem.elems if mixed else [basis.elem], indices)):
+        parts.append((f"u{k}" if mixed else "u", rows, _projected(basis.mesh, element, name)))
+    return _joined(parts, basis.N)
+
+
+def _projected(mesh, element, name):
+    """The columns of an element of scikit-fem: constants by projection, which finds them wherever the space has them."""
+    import skfem
+    from scipy.sparse.linalg import splu
+
+    basis = skfem.Basis(mesh, element)
+    shape = np.asarray(basis.basis[0][0]).shape[:-2]
+    size = shape[0] if shape else 1
+
+    def component(u, i):
+        return u[i] if shape else u
+
+    M = skfem.BilinearForm(lambda u, v, w: sum(component(u, i) * component(v, i) for i in range(size))).assemble(basis)
+    loads = [skfem.LinearForm(lambda v, w, i=i: component(v, i)).assemble(basis) for i in range(size)]
+    d = splu(M.tocsc()).solve(np.column_stack(loads))
+    found = component(np.asarray(basis.interpolate(d[:, 0])), 0)
+    if len(shape) > 1 or abs(found - 1).max() > 1e-8:
+        raise usage(f"{type(element).__name__} has no constant fields", "give the dofs as a dictionary of columns", name)
+    d[abs(d) < 1e-12 * abs(d).max()] = 0
+    return {**{AXES[i]: x for i, x in enumerate(basis.doflocs)}, **{f"d{AXES[i]}": d[:, i] for i in range(size)}}
 
 
 def _of_ngsolve(space):
@@ -217,7 +249,8 @@ def _of_ngsolve(space):
 
         def interpolate(component, axis, w=w, size=size):
             value = ng.CF(1) if axis is None else (ng.x, ng.y, ng.z)[axis]
-            w.Set(value if size == 1 else ng.CF(tuple(value if i == component else ng.CF(0) for i in range(size))))
+            each = tuple(value if i == component else ng.CF(0) for i in range(size))
+            w.Set(value if size == 1 else ng.CF(each), dual=True)  # by the dofs themselves: a projection has other moments
             return w.vec.FV().NumPy().copy()
 
         columns = _by_interpolation(interpolate, size, dim)

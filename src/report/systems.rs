@@ -21,10 +21,13 @@ pub fn told(of: &OfSystems) -> Text {
 
 /// What differs in the first system that does.
 pub fn claim(of: &OfSystems) -> Text {
+    let others = of.in_form.iter().filter(|of| says_more(of));
+    let others: Vec<Text> = others.map(|of| of.sentence.clone()).collect();
+    let cause = (!others.is_empty()).then(|| Text::joined(others, "; "));
     text!(
         "**{of.a}** and **{of.b}** solve different equations{}: {}",
         of.level.at(),
-        words(of)
+        cause.unwrap_or_else(|| words(of))
     )
 }
 
@@ -47,12 +50,15 @@ pub fn pairs(all: &[OfSystems]) -> Table {
     )
 }
 
+/// Is it known which other form a code states?
+fn says_more(of: &Stated) -> bool {
+    !(of.is_form && of.is_derivative != Some(false) || of.sentence.is_empty())
+}
+
 fn words(of: &OfSystems) -> Text {
     let why = of.refused.as_deref().map(Text::message);
     // What the form says of both, before what differs as a consequence.
-    let is_known =
-        |of: &Stated| !(of.is_form && of.is_derivative != Some(false) || of.sentence.is_empty());
-    let known = of.in_form.iter().any(is_known);
+    let known = of.in_form.iter().any(says_more);
     let stated = of
         .in_form
         .iter()

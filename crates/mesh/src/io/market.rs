@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use super::out::Out;
+use super::petsc;
 use super::scan::Scan;
 use crate::cancel;
 use crate::error::Result;
@@ -33,7 +34,7 @@ struct Header {
 const REMEDY: &str =
     "write it as `%%MatrixMarket matrix coordinate real general` (scipy.io.mmwrite does)";
 
-/// Reads a sparse matrix.
+/// Reads a sparse matrix, or one that PETSc wrote in binary.
 ///
 /// # Errors
 /// Another header, places outside of the matrix, entries that are not finite, fewer or more of them than declared; [`crate::Error::Ended`].
@@ -93,6 +94,9 @@ pub fn write_vector(path: &Path, vector: &[f64]) -> Result<()> {
 }
 
 fn matrix(path: &Path, data: &[u8]) -> Result<Coordinates> {
+    if petsc::is_here(data) {
+        return petsc::matrix(path, data);
+    }
     let mut scan = Scan::with_comments(path, data, b'%');
     let header = header(&mut scan)?;
     let rows = size(&mut scan, "rows")?;

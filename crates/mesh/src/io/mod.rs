@@ -21,6 +21,7 @@ mod nastran;
 mod netcdf;
 mod out;
 mod pattern;
+mod petsc;
 mod plain;
 mod polytopes;
 mod raw;
