@@ -17,13 +17,13 @@ use super::words::{
     methods, of_field, pair, setting, time,
 };
 use crate::report;
-use crate::run::is_face_off;
+use crate::run::{is_elastic, is_face_off};
 use faceoff_fem::adapt::Way;
 use faceoff_fem::certify::Target;
 use faceoff_fem::contact::{Iteration, Method};
 use faceoff_fem::linear::{Precision, Solver};
 use faceoff_fem::scene::Scene;
-use faceoff_form::codes::CODES;
+use faceoff_form::codes::{BY_HAND, CODES};
 use faceoff_judge::MatchBy;
 use faceoff_mesh::error::{Error, Result, distinct};
 use faceoff_mesh::io::NATIVE;
@@ -184,6 +184,12 @@ impl Trust {
 
     /// The scene of this name or file.
     pub fn scene(&self, name: &str) -> Result<Scene> {
+        if is_elastic(name.as_ref()) {
+            let what =
+                format!("{name} is a scene of elasticity, and this is for the scalar problem");
+            let remedy = "verify, orders, judge and write take it, other commands do not yet";
+            return Err(Error::usage(what, remedy));
+        }
         if is_face_off(name.as_ref()) {
             let what = format!("{name} is not a scene: it has a form, or codes of its own");
             let remedy = format!("compare its codes: faceoff verify {name}");
@@ -356,11 +362,14 @@ pub(super) struct Verify {
 /// Without -o the script is printed. With it the mesh that the script reads is written next to it, and the command that runs it is printed.
 #[derive(Args)]
 pub(super) struct Write {
-    /// A TOML file with a weak form (docs/reference/form.md)
+    /// A TOML file with a weak form (docs/reference/form.md), or a scene of elasticity
     pub form: PathBuf,
-    /// The code
-    #[arg(long = "for", value_name = "CODE", value_parser = PossibleValuesParser::new(CODES.map(|code| code.name)))]
+    /// The code; fenicsx, for dolfinx, has a scheme by hand for scenes of elasticity
+    #[arg(long = "for", value_name = "CODE", value_parser = PossibleValuesParser::new(CODES.iter().chain(&BY_HAND[1..]).map(|code| code.name)))]
     pub code: String,
+    /// Of a scene of elasticity
+    #[arg(long, default_value = "cr", value_parser = method)]
+    pub method: Method,
     /// Refinement of the mesh [default: the first of the file]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Option<u32>,

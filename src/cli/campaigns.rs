@@ -6,7 +6,8 @@ use std::process::{Command, Stdio};
 use super::args::{Orders, Paper, Stress, Study};
 use super::progress::watched;
 use super::verify::settings;
-use super::{DISAGREE, DONE, FAILED, engines};
+use super::{DISAGREE, DONE, FAILED, code, engines};
+use crate::campaigns::face_off::{self, FaceOffs};
 use crate::campaigns::orders::{Reach, orders as observed};
 use crate::campaigns::paper::{self, Example, PaperRequest, References};
 use crate::campaigns::stress::{self, Behaviour, StressRequest};
@@ -15,11 +16,12 @@ use crate::engine::{self, Engine, Settings, meshio_python, quoted};
 use crate::report::console::note;
 use crate::report::{self, Output, deliver};
 use crate::run::convergence::{Against, convergence};
+use crate::run::{FaceOff, Point, is_elastic};
 use faceoff_fem::scene::expression::ParseError;
 use faceoff_fem::scene::{Expression, Scene};
 use faceoff_judge::derive;
 use faceoff_mesh::cancel;
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, distinct};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::io::Series;
 
@@ -31,6 +33,13 @@ pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
         [] => Scene::exact_names().into_iter().map(Into::into).collect(),
         asked => asked.to_vec(),
     };
+    if names.iter().any(|name| is_elastic(name.as_ref())) {
+        return orders_of_elastic(arguments, &names, to);
+    }
+    if !arguments.set.is_empty() {
+        let what = "--set is for parameters of scenes of elasticity, and the others have none";
+        return Err(Error::usage(what, "leave it out"));
+    }
     let scenes = arguments.trust.scenes(&names)?;
     let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
     let methods = &arguments.methods.0;
@@ -43,6 +52,48 @@ pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
     let mut reached = all.iter().flat_map(|o| [o.h1_verdict, o.l2_verdict]);
     let below = reached.any(|reach| reach == Some(Reach::Below));
     Ok(if converged && !below { DONE } else { DISAGREE })
+}
+
+/// Of scenes of elasticity, each of them as a form.
+fn orders_of_elastic(arguments: &Orders, names: &[String], to: &Output) -> Result<u8> {
+    distinct(names, "scene", "give different scenes")?;
+    if let Some(other) = names.iter().find(|name| !is_elastic(name.as_ref())) {
+        let what = format!("{other} is no scene of elasticity, and others here are");
+        return Err(Error::usage(what, "give them apart"));
+    }
+    let point: Point = arguments.set.iter().cloned().collect();
+    let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
+    distinct(&n, "n", "give different refinements")?;
+    let how = face_off::Running {
+        codes: Vec::new(),
+        keep: None,
+        time_limit: Settings::default().time_limit,
+        sandbox: Settings::default().sandbox,
+        store: None,
+        against: None,
+        diagnose: false,
+    };
+    let mut outcomes = Vec::new();
+    for name in names {
+        for method in &arguments.methods.0 {
+            let of = FaceOff::read_by(name.as_ref(), method, &["rust".to_owned()])?;
+            if of.fields.iter().all(|asked| asked.exact.is_empty()) {
+                let what = format!("nothing is known of the solution of {name}");
+                return Err(Error::usage(what, "give [exact] u, or another scene"));
+            }
+            let of = match point.is_empty() {
+                true => of,
+                false => of.at(&point)?,
+            };
+            let of = of.with_n(n.clone())?;
+            outcomes.push(watched(&[], vec![], to.quiet, |progress| {
+                face_off::face_off(&of, &how, progress)
+            })?);
+        }
+    }
+    let all = FaceOffs::new(outcomes);
+    deliver(&report::face_offs(&all)?, to)?;
+    Ok(code(all.verdict))
 }
 
 /// Of files, whatever code they are of.

@@ -8,9 +8,10 @@ use super::{code, solve};
 use crate::engine::{Settings, Silent, meshio_python};
 use crate::report::{self, FormJudgement, Judgement, Output, deliver};
 use crate::run::foreign::{Foreign, Options, take_boundary_values};
-use crate::run::{FormFile, Runner, Setup, certificate, is_face_off};
+use crate::run::{FormFile, Runner, Setup, certificate, is_elastic, is_face_off};
 use crate::why;
 use faceoff_fem::certify;
+use faceoff_fem::contact::Method;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io;
 
@@ -55,7 +56,10 @@ pub(super) fn run(arguments: &Judge, to: &Output) -> Result<u8> {
 /// Of a form in place of a scene.
 fn of_form(arguments: &Judge, to: &Output) -> Result<u8> {
     let given = [
-        ("--method", arguments.method.is_some()),
+        (
+            "--method",
+            arguments.method.is_some() && !is_elastic(arguments.scene.as_ref()),
+        ),
         ("--gamma0", arguments.gamma0.is_some()),
         ("--field", arguments.field.is_some()),
         ("--mesh", arguments.mesh.is_some()),
@@ -65,8 +69,9 @@ fn of_form(arguments: &Judge, to: &Output) -> Result<u8> {
         return Err(Error::usage(what, "leave it out"));
     }
     let path = Path::new(&arguments.scene);
+    let method = arguments.method.unwrap_or_else(Method::cr);
     let result = io::open(&arguments.result, meshio_python().as_deref())?.mesh;
-    let form = FormFile::fitting(path, arguments.n.map(|n| n as usize), &result)?;
+    let form = FormFile::fitting(path, &method, arguments.n.map(|n| n as usize), &result)?;
     let found = why::InForm::new(&form.problem, &form.mesh, &result)?;
     let judgement = FormJudgement::new(&arguments.result, &arguments.scene, &form.problem, found);
     let inputs = vec![arguments.result.clone(), path.to_owned()];

@@ -7,6 +7,7 @@ use crate::report::model::{Report, Table, cells};
 use crate::report::{Output, deliver};
 use crate::text::{Text, text};
 use faceoff_fem::scene::Scene;
+use faceoff_form::elastic;
 use faceoff_mesh::error::Result;
 
 #[derive(Serialize)]
@@ -22,6 +23,8 @@ struct Told {
 
 pub(super) fn run(to: &Output) -> Result<u8> {
     let all = Scene::catalogue().into_iter();
+    let elastic = elastic::catalogue().map(|(name, about)| (name, about.to_owned()));
+    let all = all.chain(elastic);
     let scenes = all.map(|(name, about)| BuiltIn { name, about }).collect();
     let told = Told { scenes };
     let question = "faceoff scenes: which scenes are built in?";

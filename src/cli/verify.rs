@@ -6,14 +6,14 @@ use std::path::Path;
 use super::args::{Running, Verify};
 use super::progress::watched;
 use super::{DONE, FAILED, code, engines};
-use crate::campaigns::face_off::{self, Cost};
+use crate::campaigns::face_off::{self, Cost, FaceOffOutcome, FaceOffs};
 use crate::campaigns::study::duration;
 use crate::campaigns::verify::{VerifyRequest, diagnose, verify};
 use crate::engine::{self, Engine, Launch, Settings, quoted, typed};
 use crate::report::console::note;
 use crate::report::{self, Output, Verified, deliver};
-use crate::run::{Code, FaceOff, Failure, Point, Record, Store, is_face_off};
-use faceoff_fem::contact::Stop;
+use crate::run::{Code, FaceOff, Failure, Point, Record, Store, is_elastic, is_face_off};
+use faceoff_fem::contact::{Method, Stop};
 use faceoff_fem::scene::Scene;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result, distinct};
@@ -83,12 +83,78 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
     Ok(code(outcome.verdict).max(recorded))
 }
 
-/// Codes of one's own, as a face-off file has them, or those of a form.
+/// Codes of one's own, as a face-off file has them, or those of a form; scenes of elasticity may be several, each of them by several methods.
 fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
-    let [name] = &arguments.scenes[..] else {
-        let what = "a face-off file stands alone";
+    let is_elastic = |name: &String| is_elastic(name.as_ref());
+    let are_elastic = arguments.scenes.iter().all(is_elastic);
+    if let ([_, name, ..], false) = (&arguments.scenes[..], are_elastic) {
+        let alone = match arguments.scenes.iter().find(|name| !is_elastic(name)) {
+            Some(other) if arguments.scenes.iter().any(is_elastic) => {
+                let what = format!("{other} is no scene of elasticity, and others here are");
+                return Err(Error::usage(what, "verify them apart"));
+            }
+            _ => name,
+        };
+        let what = format!("a face-off file stands alone, and {alone} is there too");
         return Err(Error::usage(what, "give one such file at a time"));
+    }
+    distinct(&arguments.scenes, "scene", "give different scenes")?;
+    let methods = match are_elastic {
+        true => &arguments.methods.0[..],
+        false => &[Method::cr()],
     };
+    let all = arguments.scenes.iter();
+    let all = all.flat_map(|name| methods.iter().map(move |method| (name, *method)));
+    let all: Vec<(&String, Method)> = all.collect();
+    if let [(name, method)] = &all[..] {
+        let (outcome, recorded) = of_one(arguments, name, method, to)?;
+        deliver(&report::face_off(&outcome)?, to)?;
+        tell(&outcome);
+        return Ok(code(outcome.verdict).max(recorded));
+    }
+    let of_one_alone = [
+        ("--record", arguments.record.is_some()),
+        ("--against", arguments.against.is_some()),
+        ("--resume", arguments.resume.is_some()),
+    ];
+    if let Some((option, _)) = of_one_alone.iter().find(|(_, is_given)| *is_given) {
+        let what = format!("{option} is of one scene of elasticity by one method");
+        return Err(Error::usage(
+            what,
+            "name one scene, and one method by --methods",
+        ));
+    }
+    let outcomes = all
+        .into_iter()
+        .map(|(name, method)| Ok(of_one(arguments, name, &method, to)?.0))
+        .collect::<Result<Vec<_>>>()?;
+    let all = FaceOffs::new(outcomes);
+    deliver(&report::face_offs(&all)?, to)?;
+    all.face_offs.iter().for_each(tell);
+    Ok(code(all.verdict))
+}
+
+/// What there is to say of a face-off beside its report.
+fn tell(outcome: &FaceOffOutcome) {
+    for finding in outcome.diagnosis.iter().flat_map(|d| &d.findings) {
+        note!("faceoff: {finding}");
+    }
+    let mut told = BTreeSet::new();
+    for run in &outcome.runs {
+        // What keeps a code from running on one mesh most often does on all.
+        if let Some(failure) = run.failure.as_ref().filter(|_| told.insert(&run.code)) {
+            note!("faceoff: {failure}");
+        }
+    }
+}
+
+/// One file; a scene of elasticity by a method. With the exit code of recording it.
+fn of_one(
+    arguments: &Verify,
+    name: &str,
+    method: &Method,
+    to: &Output,
+) -> Result<(FaceOffOutcome, u8)> {
     let running = &arguments.running;
     let is_given = [
         ("--explain", arguments.explain),
@@ -104,7 +170,7 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         return Err(refuse(option));
     }
     distinct(&arguments.n, "n", "give different refinements")?;
-    let mut of = FaceOff::read(name.as_ref())?;
+    let mut of = FaceOff::read_by(name.as_ref(), method, &arguments.engines)?;
     let mut missing = Vec::new();
     if arguments.allow_missing {
         if of.form.is_none() {
@@ -175,33 +241,23 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
         diagnose: arguments.diagnose,
     };
     let command = |point: &Point| typed_at(arguments, name, point);
-    let mut told = |cost: Cost| {
+    let mut told_cost = |cost: Cost| {
         if !to.quiet {
             note!("faceoff: {}", words_of(cost));
         }
     };
     let mut outcome = watched(&[], vec![], to.quiet, |progress| match &sweep {
-        Some(sweep) => face_off::swept(&of, sweep, &how, progress, &mut told, &command),
+        Some(sweep) => face_off::swept(&of, sweep, &how, progress, &mut told_cost, &command),
         None => face_off::face_off(&of, &how, progress),
     })?;
     outcome.missing = missing;
-    deliver(&report::face_off(&outcome)?, to)?;
-    for finding in outcome.diagnosis.iter().flat_map(|d| &d.findings) {
-        note!("faceoff: {finding}");
-    }
-    let mut told = BTreeSet::new();
-    for run in &outcome.runs {
-        // What keeps a code from running on one mesh most often does on all.
-        if let Some(failure) = run.failure.as_ref().filter(|_| told.insert(&run.code)) {
-            note!("faceoff: {failure}");
-        }
-    }
     let recorded = store.as_ref().map(|store| {
         recorded(arguments, outcome.verdict, |beside, recipe| {
             store.record(beside, recipe, &outcome.asked())
         })
     });
-    Ok(code(outcome.verdict).max(recorded.transpose()?.unwrap_or(DONE)))
+    let recorded = recorded.transpose()?.unwrap_or(DONE);
+    Ok((outcome, recorded))
 }
 
 /// What a sweep takes.

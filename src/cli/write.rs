@@ -6,18 +6,24 @@ use super::DONE;
 use super::args::Write;
 use crate::engine::quoted;
 use crate::report::console::{output, tell};
-use crate::run::FormFile;
+use crate::run::{FormFile, is_elastic};
 use faceoff_form::codes::Code;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::{self, Temporary};
 use faceoff_mesh::io::save;
 
 pub(super) fn run(arguments: &Write) -> Result<u8> {
-    let code = Code::of_name(&arguments.code).ok_or_else(|| {
+    let by_hand = Code::by_hand(&arguments.code).filter(|_| is_elastic(&arguments.form));
+    let code = by_hand.or_else(|| Code::of_name(&arguments.code));
+    let code = code.ok_or_else(|| {
         let what = format!("no scripts are written for a code `{}`", arguments.code);
         Error::usage(what, "`faceoff write --help` lists the codes")
     })?;
-    let form = FormFile::read(&arguments.form, arguments.n.map(|n| n as usize))?;
+    let form = FormFile::read(
+        &arguments.form,
+        &arguments.method,
+        arguments.n.map(|n| n as usize),
+    )?;
     let name = code.mesh_file(&form.problem, form.mesh_file.as_deref());
     let script = code
         .script_reading(&form.problem, &name, arguments.system)

@@ -62,7 +62,7 @@ impl Source {
     pub fn command(&self) -> Result<Vec<String>, String> {
         let usual = self.code.command;
         let program = usual.first().copied().unwrap_or_default();
-        let found = match self.module() {
+        let found = match self.code.module() {
             Some(module) => {
                 python_with(module).ok_or_else(|| format!("no Python here has {module}"))?
             }
@@ -73,15 +73,6 @@ impl Source {
         words.extend(["{script}", "{mesh}"].map(str::to_owned));
         words.push(format!("{{out}}/{}", self.result()));
         Ok(words)
-    }
-
-    /// The module of Python that the script imports; none of a code that is a program.
-    fn module(&self) -> Option<&'static str> {
-        let is_python = self.code.command.first()?.ends_with("python3");
-        is_python.then_some(match self.code.name {
-            "scikit-fem" => "skfem",
-            other => other,
-        })
     }
 
     /// The file with all unknowns that the script writes.
@@ -129,7 +120,7 @@ impl Source {
             "command": command,
             "script": digest(self.text(name, &BTreeMap::new())?.as_bytes()),
             "program": digest(&file::read(&program)?),
-            "module": self.module().map(of_module).transpose()?,
+            "module": self.code.module().map(of_module).transpose()?,
         }))
     }
 }

@@ -30,8 +30,15 @@ pub(super) const NOT_JUDGED: &str = "not judged";
 /// # Errors
 /// None but of a broken installation.
 pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
-    let question = "faceoff verify: do these codes agree?";
-    let mut report = Report::judging("face-off", question, of.verdict, of)?;
+    let mut report = Report::judging("face-off", QUESTION, of.verdict, of)?;
+    tell(of, &mut report);
+    Ok(report)
+}
+
+pub(super) const QUESTION: &str = "faceoff verify: do these codes agree?";
+
+/// Fills the report of one.
+pub(super) fn tell<'a>(of: &'a FaceOffOutcome, report: &mut Report<'a>) {
     let mut rest: Vec<Block> = of.sweep.iter().flat_map(sweep::blocks).collect();
     for field in &of.fields {
         let shown = worst_times(field);
@@ -117,7 +124,6 @@ pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
         text!("On the map a is `{a}` and b is `{b}`.")
     }));
     report.suites = vec![Suite::new(&of.name, cases(of))];
-    Ok(report)
 }
 
 /// With its time.
@@ -146,7 +152,7 @@ fn times_words(of: &OfField) -> String {
 }
 
 /// What fails first: a code, a field, an order, a number.
-fn claim(of: &FaceOffOutcome) -> Text {
+pub(super) fn claim(of: &FaceOffOutcome) -> Text {
     if let Some(run) = of.runs.iter().find(|run| run.failure.is_some()) {
         return text!("**{run.code}** gave no result{}", run.level.at());
     }
@@ -338,7 +344,7 @@ fn lede(of: &FaceOffOutcome) -> Text {
 }
 
 /// The pair of codes that is farthest beyond what is allowed, or nearest to it.
-fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
+pub(super) fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
     let judged = of.fields.iter().filter_map(|field| {
         let judged = field.pairs.iter().filter(|pair| pair.judged);
         Some((field, worst_time(judged)?))

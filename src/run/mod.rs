@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 pub use convergence::{Fit, Observed, check_meshes};
 pub use evaluated::{Evaluated, certificate, consistent};
 pub use face_off::{
-    Asked, Code, FaceOff, FormFile, Judged, Label, Level, Point, Same, Spectrum, Sweep,
+    Asked, Code, FaceOff, FormFile, Judged, Label, Level, Point, Same, Spectrum, Sweep, is_elastic,
     is_face_off, place, rounded, words,
 };
 pub use store::{BASELINE, Journal, Record, Store};

@@ -207,6 +207,18 @@ impl Names<'_> {
                     code(term)
                 )
             }
+            Change::Uncoupled => text!("Nitsche's terms on the contact boundary were missing"),
+            Change::Obstacle { by } => {
+                let term = match by {
+                    Penalty::OverH => "max(dot(u, n) - psi, 0)*dot(v, n)/h*ds",
+                    _ => "max(dot(u, n) - psi, 0)*dot(v, n)*ds",
+                };
+                text!(
+                    "contact was imposed by the penalty {} times {}",
+                    few(*factor),
+                    code(term)
+                )
+            }
             Change::Exchanged { count, of } => {
                 text!(
                     "{} of {} values were at each other's places",
@@ -370,7 +382,8 @@ impl Names<'_> {
                 let held = &problem.held()[*condition];
                 ("dirichlet", None, Some(group(held.group)))
             }
-            Change::Penalty { .. } => ("penalty", None, None),
+            Change::Penalty { .. } | Change::Obstacle { .. } => ("penalty", None, None),
+            Change::Uncoupled => ("uncoupled", None, None),
             Change::Exchanged { .. } => ("exchanged", None, None),
             Change::Values { between, .. } => ("values", None, Some(self.at(&between[0]))),
             Change::Stopped { .. } => ("iteration", None, None),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use faceoff_fem::quadrature::Rule;
 
+use crate::elastic::Parts;
 use crate::grid::Cells;
 use crate::language::{Definition, Formula};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars};
@@ -43,6 +44,8 @@ pub struct Problem {
     pub definitions: Vec<Definition>,
     /// F.
     pub form: Formula,
+    /// Of a scene of elasticity: its parts, for scripts that are not made from F.
+    pub parts: Option<Parts>,
     /// The expressions that all [`Id`]s of this problem refer to.
     pub scalars: Scalars,
 }

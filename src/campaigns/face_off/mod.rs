@@ -97,6 +97,25 @@ pub struct FaceOffOutcome {
     pub shown: Option<(Comparison, Box<Results>)>,
 }
 
+/// Several face-offs, as of scenes of elasticity by several methods.
+#[derive(Debug, Serialize)]
+pub struct FaceOffs {
+    /// The worst.
+    pub verdict: Verdict,
+    /// As they were asked for.
+    pub face_offs: Vec<FaceOffOutcome>,
+}
+
+impl FaceOffs {
+    /// At least one.
+    pub fn new(face_offs: Vec<FaceOffOutcome>) -> Self {
+        FaceOffs {
+            verdict: Verdict::of_all(face_offs.iter().map(|of| of.verdict)),
+            face_offs,
+        }
+    }
+}
+
 impl FaceOffOutcome {
     /// Each run of a code, with its level and its problem.
     pub fn asked(&self) -> Vec<(String, Level, Value)> {

@@ -7,7 +7,7 @@ use clap::Args;
 
 use super::{Output, Running, SCENES, Trust, Verdicts};
 use crate::campaigns::paper;
-use crate::cli::words::{Methods, methods, time};
+use crate::cli::words::{Methods, methods, setting, time};
 
 #[derive(Args)]
 #[command(after_help = SCENES)]
@@ -40,6 +40,9 @@ pub(in crate::cli) struct Orders {
     /// Refinements, rising
     #[arg(long, value_delimiter = ',', default_values = ["16", "32", "64"], value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Vec<u32>,
+    /// Of scenes of elasticity: give a parameter this value, as in nu=0.4999; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true, conflicts_with = "results")]
+    pub set: Vec<(String, String)>,
     #[command(flatten)]
     pub trust: Trust,
     #[command(flatten)]

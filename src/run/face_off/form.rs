@@ -2,14 +2,17 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::Source;
 use super::code::{Code, Missing, Own};
 use super::formula::words;
 use super::tables::Reader;
 use crate::engine::{self, Form, Script};
+use faceoff_fem::contact::Method;
 use faceoff_form::Problem;
 use faceoff_form::codes::{CODES, Code as Spelled};
+use faceoff_form::elastic;
 use faceoff_form::language::Formula;
 use faceoff_judge::UpTo;
 use faceoff_mesh::error::{Error, Result, meant};
@@ -56,14 +59,13 @@ pub(super) fn not_open(form: &Problem, field: &str, up_to: UpTo) -> Option<Strin
 }
 
 impl FormFile {
-    /// Reads the file of a form, at a refinement or the first that it names.
+    /// Reads the file of a form, at a refinement or the first that it names; of a scene of elasticity by a method.
     ///
     /// # Errors
     /// A file that cannot be read, or of something else; a form or a mesh that is not as it must be, with the place.
-    pub fn read(path: &Path, n: Option<usize>) -> Result<Self> {
-        let text = file::text(path)?;
-        let reader = Reader::of(path)?;
-        let file = reader.parse(&text)?;
+    pub fn read(path: &Path, method: &Method, n: Option<usize>) -> Result<Self> {
+        let (reader, text) = Reader::open(path, method, &[])?;
+        let file = reader.parse(&text).map_err(|e| reader.told(e))?;
         if file.form.is_none() {
             let what = "there is no form".to_owned();
             return Err(reader.refuse("the file", what, "add [form] with F = \"…\""));
@@ -73,7 +75,8 @@ impl FormFile {
             None => (None, Vec::new()),
         };
         let n = n.or(levels.first().copied());
-        let (problem, mesh) = reader.form(&text, source.as_ref(), n)?;
+        let found = reader.form(&text, source.as_ref(), n);
+        let (problem, mesh) = found.map_err(|e| reader.told(e))?;
         let mesh_file = match source {
             Some(Source::File(path)) => Some(path),
             _ => None,
@@ -93,13 +96,13 @@ impl FormFile {
     ///
     /// # Errors
     /// As [`FormFile::read`].
-    pub fn fitting(path: &Path, n: Option<usize>, result: &Mesh) -> Result<Self> {
-        let form = FormFile::read(path, n)?;
+    pub fn fitting(path: &Path, method: &Method, n: Option<usize>, result: &Mesh) -> Result<Self> {
+        let form = FormFile::read(path, method, n)?;
         if n.is_some() || cells(&form.mesh) == cells(result) {
             return Ok(form);
         }
         for level in form.levels.iter().skip(1) {
-            let finer = FormFile::read(path, Some(*level))?;
+            let finer = FormFile::read(path, method, Some(*level))?;
             if cells(&finer.mesh) == cells(result) {
                 return Ok(finer);
             }
@@ -127,7 +130,33 @@ impl Reader {
         Ok(Reader {
             origin: path.display().to_string(),
             home,
+            scene: None,
+            is_carried: false,
         })
+    }
+
+    /// The text of a form or a face-off by its path, and who reads it. A scene of elasticity, by its path or its name if it is built in, is a form by a
+    /// method in these codes.
+    pub(super) fn open(path: &Path, method: &Method, codes: &[String]) -> Result<(Self, String)> {
+        let carried = path.to_str().and_then(elastic::builtin);
+        let text = match carried {
+            Some(text) => text.to_owned(),
+            None => file::text(path)?,
+        };
+        let mut reader = Reader::of(path)?;
+        reader.is_carried = carried.is_some();
+        if !elastic::is_elastic(&text) {
+            return Ok((reader, text));
+        }
+        let named: Vec<&str> = codes.iter().map(String::as_str).collect();
+        let codes = match &named[..] {
+            [] => &ELASTIC[..],
+            named => named,
+        };
+        let lowered = elastic::lower(path, &text, method, codes)?;
+        let text = lowered.text.text.clone();
+        reader.scene = Some(Arc::new(lowered));
+        Ok((reader, text))
     }
 
     /// The form on its mesh, whose groups it names.
@@ -142,7 +171,9 @@ impl Reader {
             self.refuse("mesh", what, "add [mesh] with a file or a generator")
         })?;
         let mesh = source.mesh(&self.origin, n)?;
-        Ok((Problem::parse(self.origin.as_ref(), text, &mesh)?, mesh))
+        let mut problem = Problem::parse(self.origin.as_ref(), text, &mesh)?;
+        problem.parts = self.scene.as_ref().map(|scene| scene.parts.clone());
+        Ok((problem, mesh))
     }
 
     /// The codes that a form uses, all where it names none; `use` is taken out of the table.
@@ -172,7 +203,11 @@ impl Reader {
             };
             let mut code = match name.as_str() {
                 OWN => own(form),
-                _ => written(form, Spelled::of_name(&name).ok_or_else(refuse)?),
+                _ => {
+                    let by_hand = Spelled::by_hand(&name).filter(|_| self.scene.is_some());
+                    let code = by_hand.or_else(|| Spelled::of_name(&name));
+                    written(form, code.ok_or_else(refuse)?)
+                }
             };
             if all.iter().any(|known: &Code| known.name() == name) {
                 let what = format!("{name} is there twice");
@@ -215,6 +250,9 @@ impl Reader {
         Ok(())
     }
 }
+
+/// The codes that solve a scene of elasticity where none is named.
+const ELASTIC: [&str; 3] = [OWN, "freefem", "fenicsx"];
 
 /// The solver of this program, by the name that it has in files.
 const OWN: &str = "rust";

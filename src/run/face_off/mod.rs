@@ -28,6 +28,7 @@ mod formula;
 mod integrals;
 mod level;
 mod parameters;
+mod source;
 mod spectra;
 mod sweep;
 mod tables;
@@ -47,7 +48,9 @@ pub use spectra::Spectrum;
 pub use sweep::{Point, Sweep, place, rounded};
 pub use times::Judged;
 
+use faceoff_fem::contact::Method;
 use faceoff_form::Problem;
+use faceoff_form::elastic;
 use faceoff_form::grid::Cells;
 use faceoff_judge::{On, UpTo};
 use faceoff_mesh::error::{Error, Result};
@@ -93,6 +96,8 @@ pub struct FaceOff {
 enum Source {
     File(PathBuf),
     Generated(Cuboid, Cells),
+    /// A file that the program carries.
+    Carried(String, &'static [u8]),
 }
 
 /// A field, or a number, that all codes have.
@@ -146,12 +151,30 @@ impl Asked {
     }
 }
 
-/// Is this the file of a face-off, or of a form, rather than of a scene? What cannot be read is none of them.
+/// What a scene has not.
+const KINDS: [&str; 3] = ["codes", "form", "elastic"];
+
+/// Is this a scene of elasticity, by its name or file? What cannot be read is none.
+pub fn is_elastic(path: &Path) -> bool {
+    let is_builtin = path
+        .to_str()
+        .is_some_and(|name| elastic::builtin(name).is_some());
+    is_builtin || file::text(path).is_ok_and(|text| elastic::is_elastic(&text))
+}
+
+/// Is this the file of a face-off, of a form, or of a scene of elasticity, which is one too, or the name of such a scene, rather than another scene? What cannot
+/// be read is none of them.
 pub fn is_face_off(path: &Path) -> bool {
+    if path
+        .to_str()
+        .is_some_and(|name| elastic::builtin(name).is_some())
+    {
+        return true;
+    }
     let table = file::text(path)
         .ok()
         .and_then(|text| text.parse::<toml::Table>().ok());
-    table.is_some_and(|table| table.contains_key("codes") || table.contains_key("form"))
+    table.is_some_and(|table| KINDS.iter().any(|key| table.contains_key(*key)))
 }
 
 impl FaceOff {
@@ -169,7 +192,16 @@ impl FaceOff {
     /// # Errors
     /// A file that cannot be read, unknown keys, what could not be judged, placeholders that are not known.
     pub fn read(path: &Path) -> Result<Self> {
-        Reader::of(path)?.read(&file::text(path)?)
+        FaceOff::read_by(path, &Method::cr(), &[])
+    }
+
+    /// The same; a scene of elasticity is solved by this method in these codes, where none is named in our solver and in those with a scheme by hand.
+    ///
+    /// # Errors
+    /// As [`FaceOff::read`].
+    pub fn read_by(path: &Path, method: &Method, codes: &[String]) -> Result<Self> {
+        let (reader, text) = Reader::open(path, method, codes)?;
+        reader.read(&text)
     }
 
     /// Takes out the codes of a form that cannot solve it here, and returns them with the reasons.
@@ -240,8 +272,12 @@ impl Source {
         let mut mesh = match self {
             Source::Generated(cuboid, Cells::Simplices) => union_mesh(n.unwrap_or(16), cuboid)?,
             Source::Generated(cuboid, Cells::Cubes) => lattice_mesh(n.unwrap_or(16), cuboid)?,
-            Source::File(path) => {
-                let mut mesh = io::read(path)?;
+            Source::File(_) | Source::Carried(..) => {
+                let mut mesh = match self {
+                    Source::Carried(name, bytes) => io::parse(name.as_ref(), bytes, None)?.mesh,
+                    Source::File(path) => io::read(path)?,
+                    Source::Generated(..) => Mesh::default(),
+                };
                 let times = n.unwrap_or(1);
                 if !times.is_power_of_two() {
                     return Err(Error::Scene {

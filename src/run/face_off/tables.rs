@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use serde::Deserialize;
 
@@ -9,16 +10,15 @@ use super::code::{Code, Protocol};
 use super::form::{in_full, not_open};
 use super::integrals::misplaced;
 use super::level::{Axis, Level};
-use super::{Asked, FaceOff, Formula, Judged, Same, Source};
+use super::source::MeshTable;
+use super::{Asked, FaceOff, Formula, Judged, Same};
 use crate::engine::{self, Form, Script, fill};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
 use faceoff_form::Problem;
-use faceoff_form::grid::Cells;
+use faceoff_form::elastic::Lowered;
 use faceoff_judge::{On, UpTo};
 use faceoff_mesh::error::{Error, Result};
-use faceoff_mesh::file::beneath;
-use faceoff_mesh::mesh::generate::Cuboid;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -49,17 +49,6 @@ pub(super) struct File {
     mean: Option<toml::Value>,
     time: Option<toml::Value>,
     initial: Option<toml::Value>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct MeshTable {
-    file: Option<String>,
-    generator: Option<String>,
-    origin: Option<Vec<f64>>,
-    size: Option<Vec<f64>>,
-    #[serde(default)]
-    n: Several<usize>,
 }
 
 #[derive(Deserialize)]
@@ -159,6 +148,10 @@ enum Given {
 pub(super) struct Reader {
     pub origin: String,
     pub home: PathBuf,
+    /// What a scene of elasticity is as a form; none of other files.
+    pub scene: Option<Arc<Lowered>>,
+    /// Does the program carry the file and its mesh?
+    pub is_carried: bool,
 }
 
 impl Reader {
@@ -212,7 +205,20 @@ impl Reader {
         }
     }
 
+    /// Reads a file; what is wrong in a scene of elasticity is told at its place there.
     pub fn read(&self, text: &str) -> Result<FaceOff> {
+        self.read_here(text).map_err(|e| self.told(e))
+    }
+
+    /// An error in a text that was made of a scene, as one in the scene.
+    pub fn told(&self, error: Error) -> Error {
+        match &self.scene {
+            Some(scene) => scene.text.told(error),
+            None => error,
+        }
+    }
+
+    fn read_here(&self, text: &str) -> Result<FaceOff> {
         let mut file = self.parse(text)?;
         let reals = self.reals(&file.parameters);
         let (parameters, list) = self.parameters(std::mem::take(&mut file.parameters))?;
@@ -244,7 +250,8 @@ impl Reader {
             }
             codes.push(code);
         }
-        if codes.len() < 2 {
+        // What is known of a scene of elasticity is enough to judge one.
+        if codes.len() < 2 && (self.scene.is_none() || codes.is_empty()) {
             let what = format!("it has {} codes", codes.len());
             return Err(self.refuse("codes", what, "name two at least: [codes.NAME]"));
         }
@@ -404,71 +411,6 @@ impl Reader {
         }
         let what = format!("`{name}` cannot name output files");
         Err(self.refuse(place, what, "use letters, digits, `-`, `_` and `.`"))
-    }
-
-    pub fn mesh(&self, table: MeshTable) -> Result<(Option<Source>, Vec<usize>)> {
-        let refuse = |what: &str, remedy: &str| self.refuse("mesh", what.to_owned(), remedy);
-        let source = match (table.file, table.generator.as_deref()) {
-            (Some(name), None) => {
-                if table.size.is_some() || table.origin.is_some() {
-                    return Err(refuse(
-                        "the mesh of a file has its own size",
-                        "leave size and origin out",
-                    ));
-                }
-                let path = beneath(&self.home, &name).ok_or_else(|| {
-                    refuse(
-                        &format!("{name} lies outside of the folder of this file"),
-                        "keep the mesh beside it",
-                    )
-                })?;
-                Some(Source::File(path))
-            }
-            (None, Some(generator)) => {
-                let (dim, cells) = match generator {
-                    "union-jack" => (2, Cells::Simplices),
-                    "union-cube" => (3, Cells::Simplices),
-                    "quadrangles" => (2, Cells::Cubes),
-                    "hexahedra" => (3, Cells::Cubes),
-                    _ => {
-                        let what = format!("there is no generator `{generator}`");
-                        let remedy =
-                            "take union-jack, union-cube, quadrangles, hexahedra, or a file";
-                        return Err(refuse(&what, remedy));
-                    }
-                };
-                let three = |given: Option<Vec<f64>>, default: f64| match given {
-                    None => Ok([default; 3]),
-                    Some(list) if list.len() == dim && list.iter().all(|x| x.is_finite()) => {
-                        Ok([0, 1, 2].map(|k| list.get(k).copied().unwrap_or(default)))
-                    }
-                    Some(list) => Err(refuse(
-                        &format!("{list:?} are not {dim} numbers"),
-                        "give one for each dimension",
-                    )),
-                };
-                let (origin, size) = (three(table.origin, 0.0)?, three(table.size, 1.0)?);
-                if size.iter().any(|s| *s <= 0.0) {
-                    return Err(refuse("a side has no length", "give sizes above 0"));
-                }
-                let cuboid = match dim {
-                    2 => Cuboid::new([origin[0], origin[1]], [size[0], size[1]]),
-                    _ => Cuboid::new(origin, size),
-                };
-                Some(Source::Generated(cuboid, cells))
-            }
-            (None, None) => None,
-            (Some(_), Some(_)) => return Err(refuse("it has a file and a generator", "keep one")),
-        };
-        let mut n = table.n.list();
-        n.sort_unstable();
-        if n.windows(2).any(|pair| pair[0] == pair[1]) || n.first() == Some(&0) {
-            return Err(refuse(
-                "n names a mesh twice, or one without cells",
-                "give different numbers from 1 on",
-            ));
-        }
-        Ok((source, n))
     }
 
     fn code(

@@ -36,6 +36,15 @@ pub const CODE: Code = Code {
     ..USUAL
 };
 
+/// The same with contact in elasticity as `fenicsx/elastic.py` has it.
+pub const ELASTIC: Code = Code {
+    name: "fenicsx",
+    suffix: "_fenicsx.py",
+    by_hand_scheme: Some(include_str!("../../../../fenicsx/elastic.py")),
+    reserved: &[PYTHON, RESERVED, "elastic_form"],
+    ..CODE
+};
+
 /// Names that the frame imports or makes.
 const RESERVED: &str = "logging CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md fixed hold element space spaces bcs solver \
     grad div curl dot inner outer cross sym skew dev tr det inv cofac transpose Identity jump avg conditional lt le gt ge max_value min_value \

@@ -9,6 +9,7 @@ use super::spelling::{comment, measure};
 use super::strong::{component as component_of, strong_form};
 use super::table::Sharing;
 use crate::grid::Cells;
+use crate::language::find_group;
 use crate::problem::{Bilinear, Domain, Element, Held, Integral, Problem, Space, Unknown};
 use crate::scalar::{Field, Id, Length};
 
@@ -50,6 +51,8 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
         has_system,
         // Is that at a state, since the form is not linear?
         has_state => has_system && !problem.clone().is_linear(),
+        // None where the form itself is written.
+        scheme => scheme(of)?,
         dim => problem.dim,
         cell => cell(problem),
         // Names of the coordinates.
@@ -355,6 +358,43 @@ fn time(of: &Speaker<'_>) -> Option<Value> {
     let [end, step] = [0, 1].map(|k| of.problem.parameters[time.parameter + k].value);
     let [end, step] = [end, step].map(|value| format!("{value:?}"));
     Some(context! { t, dt, end, step, steps => time.steps, initial })
+}
+
+/// What a scheme by hand gets beside parameters: where it is to hold, and the names of its data.
+fn scheme(of: &Speaker<'_>) -> Result<Option<Value>, String> {
+    let Some(text) = of.code.by_hand_scheme else {
+        return Ok(None);
+    };
+    let problem = &of.problem;
+    let parts = problem.parts.as_ref();
+    let parts = parts.ok_or("its scheme is for scenes of elasticity, and this is a form")?;
+    let tags = |names: &[String]| {
+        let found = names.iter().map(|name| {
+            let found = find_group(&problem.groups, name, problem.dim - 1);
+            found.map(|k| problem.groups[k].tag)
+        });
+        let found: Result<Vec<i64>, _> = found.collect();
+        found.map_err(|(what, _)| what)
+    };
+    let datum = |name: &str| {
+        let found = problem.data.iter().position(|datum| datum.name == name)?;
+        let field = Field::Datum(found);
+        Some(context! { name => of.words.whole(field), parts => of.words.parts(field).to_vec() })
+    };
+    Ok(Some(context! {
+        text => text.trim_end(),
+        // Of groups of facets.
+        contact => tags(&parts.contact)?,
+        neumann => tags(&parts.neumann)?,
+        is_stress => parts.is_stress,
+        has_jumps => problem.has_length(Length::Facet),
+        f => datum("f"),
+        t => datum("t"),
+        psi => datum("psi"),
+        along => datum("along"),
+        friction => datum("friction"),
+        coulomb => datum("coulomb"),
+    }))
 }
 
 /// The cells of the mesh.

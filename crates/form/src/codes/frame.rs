@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, Error, UndefinedBehavior, Value};
 
-use super::CODES;
 use super::spelling::traces;
+use super::{BY_HAND, CODES};
 use crate::problem::Element;
 
 /// What templates have in common.
@@ -53,7 +53,10 @@ fn frames() -> Result<Environment<'static>, Error> {
     all.add_filter("each", each);
     all.add_filter("dot", dot);
     all.add_function("trace", trace);
-    let codes = CODES.iter().map(|code| (code.name, code.frame));
+    let codes = CODES
+        .iter()
+        .chain(&BY_HAND)
+        .map(|code| (code.name, code.frame));
     for (name, text) in PARTS.into_iter().chain(codes) {
         all.add_template(name, text)?;
     }

@@ -56,6 +56,21 @@ pub const CODE: Code = Code {
     ..USUAL
 };
 
+/// The same with contact in elasticity as `freefem/elastic.idp` has it.
+pub const ELASTIC: Code = Code {
+    by_hand_scheme: Some(include_str!("../../../../freefem/elastic.idp")),
+    reserved: &[RESERVED, OF_SCHEME],
+    lacks: |problem| match problem.dim {
+        2 => lacks(problem),
+        _ => Err("freefem/elastic.idp is for the plane; take another code".into()),
+    },
+    ..CODE
+};
+
+/// Names that the scheme has.
+const OF_SCHEME: &str = "mu lambda divergence strain stress11 stress22 stress12 traction1 traction2 un sigman gamma Pn law dLaw contactTest ut sigmat Pt slip dSlip slipTest \
+    shear dShear overJumps loads tractionsOn energy elasticResidual elasticDerivative e1 e2 s f1 f2 t1 t2 psi GammaC GammaN onCells onFaces planeStress hasJumps hasLoad hasTractions hasFriction hasCoulomb coefficient radius dRadius";
+
 const STYLE: Style = Style {
     call: |function, arguments| format!("{}({})", function.names()[1], arguments.join(", ")),
     power: |base, n| n.after(base, "^"),

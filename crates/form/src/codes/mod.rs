@@ -43,7 +43,25 @@ pub const CODES: [Code; 7] = [
     mfem::CODE,
 ];
 
+/// Those that solve contact in elasticity by a scheme that is written by hand.
+pub const BY_HAND: [Code; 2] = [freefem::ELASTIC, dolfinx::ELASTIC];
+
 impl Code {
+    /// The one of this name with a scheme by hand.
+    pub fn by_hand(name: &str) -> Option<&'static Code> {
+        BY_HAND.iter().find(|code| code.name == name)
+    }
+
+    /// The module of Python that its scripts import; none of a code that is a program.
+    pub fn module(&self) -> Option<&'static str> {
+        let is_python = self.command.first()?.ends_with("python3");
+        is_python.then_some(match self.name {
+            "scikit-fem" => "skfem",
+            "fenicsx" => "dolfinx",
+            other => other,
+        })
+    }
+
     /// The code of this name.
     pub fn of_name(name: &str) -> Option<&'static Code> {
         CODES.iter().find(|code| code.name == name)

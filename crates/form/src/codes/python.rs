@@ -19,6 +19,7 @@ pub const USUAL: Code = Code {
     command: &["python3"],
     mesh: ("msh2", "msh"),
     frame: "",
+    by_hand_scheme: None,
     reserved: &[RESERVED],
     first: 0,
     mark: '_',

@@ -18,6 +18,8 @@ pub struct Code {
     pub mesh: (&'static str, &'static str),
     /// The template of its scripts.
     pub(super) frame: &'static str,
+    /// The scheme of contact in elasticity, where it is written by hand and takes the place of the form.
+    pub(super) by_hand_scheme: Option<&'static str>,
     /// Words that no name of a problem may be: those of the code, and those that the template makes.
     pub(super) reserved: &'static [&'static str],
     /// The number of the first component of a vector in names.

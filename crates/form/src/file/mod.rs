@@ -301,6 +301,7 @@ impl<'a> File<'a> {
             facet_degree,
             definitions: self.definitions.clone(),
             form,
+            parts: None,
             scalars,
         };
         if let Some(entry) = find("dirichlet") {

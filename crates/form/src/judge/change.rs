@@ -115,6 +115,13 @@ pub enum Change {
         /// How.
         by: Penalty,
     },
+    /// In a scene of elasticity, without the terms on Γ_C: nothing holds the body there.
+    Uncoupled,
+    /// In a scene of elasticity, an integral on Γ_C with the positive part of u_n - ψ is added, with a factor.
+    Obstacle {
+        /// How.
+        by: Penalty,
+    },
     /// Right values are at each other's places.
     Exchanged {
         /// How many.
@@ -245,7 +252,10 @@ impl Change {
             || matches!(self, Normal { .. } | Coordinates { .. })
             || matches!(
                 self,
-                Change::Exchanged { .. } | Change::Values { .. } | Change::Stopped { .. }
+                Change::Exchanged { .. }
+                    | Change::Values { .. }
+                    | Change::Stopped { .. }
+                    | Change::Uncoupled
             )
             || matches!(self, Change::Given { by, .. } if !matches!(by, Given::Factor | Given::Added))
     }
@@ -279,6 +289,8 @@ impl Change {
             | Change::Slope { .. }
             | Change::Given { .. }
             | Change::Penalty { .. }
+            | Change::Uncoupled
+            | Change::Obstacle { .. }
             | Change::Exchanged { .. }
             | Change::Values { .. }
             | Change::Stopped { .. }
@@ -295,6 +307,7 @@ impl Change {
             Change::Factor { .. } => 2,
             Change::Rule { .. } | Change::Data { .. } | Change::One { .. } => 3,
             Change::Size { .. } | Change::Normal { .. } | Change::Coordinates { .. } => 3,
+            Change::Uncoupled | Change::Obstacle { .. } => 3,
             Change::Transposed { .. } | Change::Moved { .. } => 4,
             Change::Group { .. } | Change::Mass { .. } => 5,
             Change::Given { .. } | Change::Penalty { .. } => 5,

@@ -5,9 +5,10 @@ use std::collections::BTreeSet;
 use faceoff_fem::quadrature::Rule;
 use faceoff_mesh::parallel;
 
-use super::change::{Change, Digits, Interpolated, Part, Size};
+use super::change::{Change, Digits, Interpolated, Part, Penalty, Size};
 use super::residual::{Residual, add};
 use crate::grid::Cells;
+use crate::language::{Formula, Names, Reader, find_group};
 use crate::own::{Assembler, Wanted, Work};
 use crate::problem::{Bilinear, Domain, Element, Integral, Problem, Space};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars, Side};
@@ -160,6 +161,7 @@ pub fn dictionary(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
     (0..problem.data.len()).for_each(|datum| data(problem, datum, &mut all));
     (0..problem.unknowns.len()).for_each(|unknown| added(problem, unknown, &mut all));
     sizes(residual, &mut all);
+    obstacle(problem, &mut all);
     with_vectors(residual, all)
 }
 
@@ -472,6 +474,57 @@ fn sizes(residual: &Residual<'_>, all: &mut Vec<Entry>) {
         });
         push(Length::Diameter, Size::Largest, Some(high));
         push(Length::Diameter, Size::Smallest, Some(low));
+    }
+}
+
+/// What holds a body on Γ_C of a scene of elasticity: nothing, or a penalty.
+fn obstacle(problem: &Problem, all: &mut Vec<Entry>) {
+    let Some(parts) = &problem.parts else { return };
+    let of_name = |name: &String| find_group(&problem.groups, name, problem.dim - 1).ok();
+    let mut groups: Vec<usize> = parts.contact.iter().filter_map(of_name).collect();
+    groups.sort_unstable();
+    let is_there = |k: &usize| {
+        let measure = &problem.integrals[*k].measure;
+        measure.domain == Domain::Boundary && measure.groups == groups
+    };
+    let terms: Vec<usize> = (0..problem.integrals.len()).filter(is_there).collect();
+    let nothing = terms.iter().map(|k| {
+        let mut problem = problem.clone();
+        let mut integral = problem.integrals[*k].clone();
+        let zero = problem.scalars.number(0.0);
+        integral.terms.values_mut().for_each(|value| *value = zero);
+        (problem, integral)
+    });
+    // The scalar 0 has one place in all of them.
+    let (problems, nothing): (Vec<Problem>, Vec<Integral>) = nothing.unzip();
+    if let Some(with) = problems.first() {
+        all.push(changed(Change::Uncoupled, with, nothing, terms));
+    }
+    for (by, scale) in [(Penalty::Integrated, ""), (Penalty::OverH, "/h")] {
+        let over = parts.contact.join(", ");
+        let text = format!("max(w_n(u) - psi, 0)*w_n(v){scale}*ds([{over}])");
+        let mut own = problem.clone();
+        let Ok(formula) = Formula::new(text, &own.definitions) else {
+            return;
+        };
+        let names = Names {
+            dim: own.dim,
+            cells: own.cells,
+            unknowns: &own.unknowns,
+            parameters: &own.parameters,
+            data: &own.data,
+            groups: &own.groups,
+            unmarked: 0,
+            is_timed: false,
+        };
+        if let Ok(integrals) = Reader::new(names, &mut own.scalars).form(&formula.term) {
+            all.push(changed(
+                Change::Obstacle { by },
+                &own,
+                integrals,
+                Vec::new(),
+            ));
+        }
     }
 }
 

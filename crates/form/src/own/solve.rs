@@ -11,7 +11,11 @@ use super::reduced::Reduced;
 use crate::problem::Problem;
 
 /// Newton's method takes no more steps than this.
-const MOST_STEPS: usize = 30;
+const MOST_STEPS: usize = 60;
+/// So many of them are whole, as in all scripts. Where these have not ended, active sets return, and the residual has to fall.
+const WHOLE_STEPS: usize = 12;
+/// A step is halved at most so often.
+const HALVINGS: usize = 6;
 /// The last increment, over the largest dof.
 const SMALL: f64 = 1e-10;
 
@@ -103,17 +107,31 @@ fn newton(
         let d = equations
             .solve(&system, u)
             .map_err(|e| singular(&assembler.problem, e))?;
-        for (k, u) in u.iter_mut().enumerate() {
-            *u = if held.is_held[k] {
-                held.values[k]
-            } else {
-                *u - d[k]
-            };
-        }
+        let whole = step <= WHOLE_STEPS || is_linear;
+        let part = if whole {
+            1.0
+        } else {
+            damped(assembler, held, state, u, &d, &system.residual)
+        };
+        move_by(held, u, &d, part);
         finite(&assembler.problem, u)?;
         with(u);
+        if std::env::var_os("H61").is_some() {
+            eprintln!(
+                "step {step} part {part} r {:e} d {:e}",
+                system
+                    .residual
+                    .iter()
+                    .zip(&held.is_held)
+                    .filter(|(_, h)| !**h)
+                    .map(|(r, _)| r * r)
+                    .sum::<f64>()
+                    .sqrt(),
+                d.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
+            );
+        }
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        if largest(&d) <= SMALL * largest(u) {
+        if part * largest(&d) <= SMALL * largest(u) && part >= 1.0 {
             return Ok(step);
         }
     }
@@ -125,6 +143,49 @@ fn newton(
         remedy: "scale the data down, or shift the problem so that 0 is near to the solution"
             .into(),
     })
+}
+
+/// u less a part of an increment, with the values of given dofs.
+fn move_by(held: &Held, u: &mut [f64], d: &[f64], part: f64) {
+    for (k, u) in u.iter_mut().enumerate() {
+        *u = match held.is_held[k] {
+            true => held.values[k],
+            false => *u - part * d[k],
+        };
+    }
+}
+
+/// The part of an increment after which the residual of the free dofs is smaller, the whole of it where that is enough; if there is none, the part after which
+/// it is smallest.
+fn damped(
+    assembler: &Assembler,
+    held: &Held,
+    state: State,
+    u: &[f64],
+    d: &[f64],
+    residual: &[f64],
+) -> f64 {
+    let size = |r: &[f64]| {
+        let free = r.iter().zip(&held.is_held).filter(|(_, held)| !**held);
+        free.map(|(r, _)| r * r).sum::<f64>().sqrt()
+    };
+    let before = size(residual);
+    let (mut best, mut smallest, mut part) = (1.0, f64::INFINITY, 1.0);
+    for _ in 0..=HALVINGS {
+        let mut there = u.to_vec();
+        move_by(held, &mut there, d, part);
+        let at = State { u: &there, ..state };
+        let after = size(&assembler.assemble(at, Wanted::Residual).residual);
+        // NaN is no fall.
+        if after <= (1.0 - 0.25 * part) * before {
+            return part;
+        }
+        if after < smallest {
+            (best, smallest) = (part, after);
+        }
+        part /= 2.0;
+    }
+    best
 }
 
 fn singular(problem: &Problem, error: Error) -> Error {

@@ -196,6 +196,8 @@ fn said(form: &Problem, judged: &Judged, Cause { change, factor }: &Cause) -> St
             format!("{by:?} {number} on {}", group(&held.group))
         }
         Change::Penalty { by } => format!("{by:?} {number}"),
+        Change::Uncoupled => "uncoupled".into(),
+        Change::Obstacle { by } => format!("obstacle {by:?} {number}"),
         Change::Exchanged { count, .. } => format!("{count} exchanged"),
         Change::Values { count, .. } => format!("{count} values"),
         Change::Stopped { step, of } => format!("step {step} of {of}"),

@@ -173,9 +173,21 @@ before = fem.Function(V)
 {{ unknowns|map(attribute="old")|join(", ") }} = ufl.split(before)
 {% endif %}
 {% endif %}
+{% if scheme %}
+
+
+{{ scheme.text }}
+
+
+given = { {%- for name in ["E", "nu", "gamma0", "theta1", "theta2"] %}"{{ name }}": {{ name }}, {% endfor %}"psi": {{ scheme.psi.name }}
+{%- for name in ["f", "t", "along", "friction", "coulomb"] if scheme[name] %}, "{{ name }}": {{ scheme[name].name }}{% endfor -%}
+{{ ', "plane_stress": True' if scheme.is_stress }}{{ ', "beta": beta, "h_F": facet_length' if scheme.has_jumps }}}
+F = elastic_form({{ total }}, {{ unknowns[0].test }}, given, dx, ds(({{ scheme.contact|join(", ") }},)), {{ "ds((" ~ scheme.neumann|join(", ") ~ ",))" if scheme.neumann else none }}, {{ "dS" if scheme.has_jumps else none }})
+{% else %}
 F = (
     {{ more.form|indent(4) }}
 )
+{% endif %}
 J = derivative(F, {{ total }})
 
 # Dirichlet values; where two groups share a dof, the later one counts.

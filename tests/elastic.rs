@@ -1,0 +1,235 @@
+//! Scenes of contact in elasticity: our solver, FreeFEM and dolfinx by schemes that are written by hand, and what results of other methods are told to solve.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::common::{assert_valid, folder, run, source, write};
+
+fn read(at: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(at.join("o.json")).unwrap()).unwrap()
+}
+
+/// A built-in scene in a folder, with one text instead of another.
+fn scene(at: &Path, name: &str, from: &str, to: &str) -> String {
+    let file = format!("{name}.toml");
+    let text = source("crates/form/src/elastic/builtin").join(&file);
+    let text = fs::read_to_string(text).unwrap();
+    assert!(text.contains(from), "{name} does not contain {from}");
+    write(at, &file, &text.replacen(from, to, 1));
+    file
+}
+
+#[test]
+fn three_codes_agree_on_every_scene() {
+    let folder = folder();
+    let at = folder.path();
+    let words = "verify elastic-transition contact-patch hertz-line --methods cr --n 1 --json o.json --report page --junit j.xml";
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert_valid(
+        "json",
+        "src/report/schema/face-offs-1.json",
+        &at.join("o.json"),
+    );
+    assert_valid("xsd", "tests/junit.xsd", &at.join("j.xml"));
+    let told = read(at);
+    let all = told["face_offs"].as_array().unwrap();
+    let names: Vec<&str> = all.iter().map(|of| of["name"].as_str().unwrap()).collect();
+    assert_eq!(
+        names,
+        ["elastic-transition-cr", "contact-patch-cr", "hertz-line-cr"]
+    );
+    for of in all {
+        let pairs = of["fields"][0]["pairs"].as_array().unwrap();
+        assert_eq!(pairs.len(), 3, "{of}");
+        for pair in pairs {
+            assert!(pair["max_rel"].as_f64().unwrap() < 1e-11, "{pair}");
+        }
+        let numbers = of["numbers"].as_array().unwrap();
+        for name in ["contact", "force", "pressure"] {
+            let number = numbers.iter().find(|number| number["number"] == name);
+            assert_eq!(number.unwrap()["verdict"], "agree", "{name} of {of}");
+        }
+    }
+    // Hertz's pressure from outside: p₀ = √(F E*/(πR)), of which ∫p² is 8 p₀ F/(3π).
+    let pressure = &all[2]["numbers"].as_array().unwrap();
+    let pressure = pressure.iter().find(|n| n["number"] == "pressure").unwrap();
+    let p0 = (8.0 * 1000.0 / (0.91 * std::f64::consts::PI)).sqrt();
+    let exact = 8.0 * p0 * 8.0 / (3.0 * std::f64::consts::PI);
+    let found = pressure["rows"][0]["values"]["freefem"].as_f64().unwrap();
+    assert!((found / exact - 1.0).abs() < 1e-2, "{found} {exact}");
+}
+
+/// Orders and locking: of P1 for a material that is nearly incompressible, and not of Crouzeix–Raviart.
+#[test]
+fn nearly_incompressible_bodies_lock_with_p1_alone() {
+    let folder = folder();
+    let at = folder.path();
+    let words = "orders elastic-transition --methods cr,p1 --set nu=0.4999 --n 8,16 --json o.json";
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    assert_valid(
+        "json",
+        "src/report/schema/face-offs-1.json",
+        &at.join("o.json"),
+    );
+    let told = read(at);
+    let of = |k: usize| &told["face_offs"][k];
+    assert_eq!(of(0)["verdict"], "agree", "{}", of(0));
+    assert_eq!(of(1)["verdict"], "disagree", "{}", of(1));
+    let order = |k: usize| {
+        let h1 = &of(k)["fields"][0]["orders"][0]["h1"];
+        h1["fit"]["exponent"].as_f64().unwrap()
+    };
+    assert!(
+        order(0) > 0.95 && order(1) < 0.5,
+        "{} {}",
+        order(0),
+        order(1)
+    );
+}
+
+/// Contact by penalty, as one writes it in FreeFEM with its usual rules: it is named, with its number.
+#[test]
+fn contact_by_penalty_is_told_as_such() {
+    let folder = folder();
+    let at = folder.path();
+    let file = scene(at, "elastic-transition", "facet_degree = 9", "");
+    let words = [
+        "write", &file, "--for", "freefem", "--method", "p1", "--n", "4", "-o", ".",
+    ];
+    let ran = run(at, &words);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let text = fs::read_to_string(at.join("elastic-transition-p1.edp")).unwrap();
+    let (head, rest) = text.split_once("varf F(").unwrap();
+    let (_, rest) = rest.split_once("elasticDerivative(du, u, v)").unwrap();
+    let penalty = "
+real k = 1000.;
+varf F([du1, du2], [v1, v2]) = int2d(Th)(energy(u, v) - loads(v)) - int1d(Th, GammaN)(t1*v1 + t2*v2)
+  + int1d(Th, GammaC)(k*max(un(u) - psi, 0.)*un(v));
+varf J([du1, du2], [v1, v2]) = int2d(Th)(energy(du, v)) + int1d(Th, GammaC)(k*(un(u) > psi)*un(du)*un(v))";
+    write(at, "penalty.edp", &format!("{head}{penalty}{rest}"));
+    let mut command = Command::new("FreeFem++-nw");
+    let out = command
+        .current_dir(at)
+        .args(["-v", "0", "penalty.edp"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(out.status.success(), "{said}");
+
+    let words = [
+        "judge",
+        "elastic-transition-p1.vtu",
+        "--scene",
+        &file,
+        "--method",
+        "p1",
+        "--n",
+        "4",
+        "--json",
+        "o.json",
+        "--report",
+        "page",
+    ];
+    let ran = run(at, &words);
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    assert_valid(
+        "json",
+        "src/report/schema/judge-form-1.json",
+        &at.join("o.json"),
+    );
+    let page = fs::read_to_string(at.join("page/index.html")).unwrap();
+    for words in ["the penalty 1,000 times", "Nitsche&#39;s terms"] {
+        assert!(
+            ran.stdout.contains(&words.replace("&#39;", "'")),
+            "{}",
+            ran.stdout
+        );
+        assert!(page.contains(words) || page.contains(&words.replace("&#39;", "'")));
+    }
+}
+
+/// A script with another β solves another scheme, and the number is found.
+#[test]
+fn a_changed_number_in_a_script_is_named() {
+    let folder = folder();
+    let at = folder.path();
+    let words = "write elastic-transition --for fenicsx --n 4 -o .";
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    let script = at.join("elastic-transition-cr_fenicsx.py");
+    let text = fs::read_to_string(&script).unwrap();
+    assert!(text.contains("beta = 10.0\n"));
+    fs::write(&script, text.replacen("beta = 10.0\n", "beta = 5.0\n", 1)).unwrap();
+    let mut command = Command::new("/usr/bin/python3");
+    let out = command.current_dir(at).arg(&script).output().unwrap();
+    assert!(
+        out.status.success(),
+        "{}",
+        String::from_utf8_lossy(&out.stderr)
+    );
+    let words = "judge elastic-transition-cr_fenicsx.vtu --scene elastic-transition --n 4";
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    assert!(
+        ran.stdout.contains("beta were 5") || ran.stdout.contains("beta was 5"),
+        "{}",
+        ran.stdout
+    );
+}
+
+#[test]
+fn what_cannot_be_is_refused_in_words() {
+    let folder = folder();
+    let at = folder.path();
+    let file = scene(
+        at,
+        "elastic-transition",
+        "\"4/5*mu*y*sin(2*x) + lam*b\"",
+        "\"4/5*mue\"",
+    );
+    for (words, what) in [
+        (
+            vec!["verify", "elastic-transition", "one-zone"],
+            "one-zone is no scene of elasticity",
+        ),
+        (
+            vec!["verify", "elastic-transition", "--methods", "cr-fc"],
+            "cr-fc is no method for elasticity",
+        ),
+        (
+            vec![
+                "verify",
+                "elastic-transition",
+                "contact-patch",
+                "--record",
+                "r",
+            ],
+            "--record is of one scene",
+        ),
+        (
+            vec!["verify", &file],
+            "elastic-transition.toml:25:11: `mue` is not known",
+        ),
+        (
+            vec!["solve", "contact-patch"],
+            "contact-patch is a scene of elasticity",
+        ),
+        (
+            vec!["orders", "contact-patch"],
+            "nothing is known of the solution of contact-patch",
+        ),
+        (
+            vec!["orders", "gap", "--set", "nu=0.3"],
+            "--set is for parameters of scenes of elasticity",
+        ),
+    ] {
+        let ran = run(at, &words);
+        assert_eq!(ran.code, Some(2), "{words:?}: {}{}", ran.stdout, ran.stderr);
+        assert!(ran.stderr.contains(what), "{words:?}: {}", ran.stderr);
+    }
+}
