@@ -598,7 +598,7 @@ fn tolerances_are_those_of_the_scene_unless_options_say_otherwise() {
     assert_eq!(code(&["--scene", "all.toml", "--rtol", "1e-9"]), Some(1));
     for (name, part) in [
         ("plain.toml", "it gives no tolerances"),
-        ("wrong.toml", "compare.fields.u.rtol: -1 is no tolerance"),
+        ("wrong.toml", "compare.fields.u.rtol: -1 is not a tolerance"),
         ("none.toml", "none.toml: cannot read"),
     ] {
         refused(at, &["a.csv", "b.csv", "--scene", name], part);

@@ -270,7 +270,7 @@ fn memory_that_may_not_be_taken_is_not() {
     let ran = run(path, &["solve", &scene]);
     assert_eq!(ran.code, Some(2), "{}", ran.stderr);
     let ran = run(path, &["solve", "one-zone", "--memory", "none"]);
-    assert!(ran.stderr.contains("no size of memory"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("not a memory size"), "{}", ran.stderr);
 }
 
 /// An adapted mesh that is too large is not begun, and what was reached is kept.

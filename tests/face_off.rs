@@ -208,7 +208,8 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
     refused(&text, "there is no form of meshes `mhs`");
     let ran = run(at, &["verify", "x.toml", "one-zone"]);
     assert!(
-        ran.stderr.contains("a face-off file stands alone"),
+        ran.stderr
+            .contains("a face-off file cannot be verified together with others"),
         "{}",
         ran.stderr
     );
@@ -316,7 +317,7 @@ fn a_new_face_off_runs_at_once() {
     );
     let ran = run(at, &["new", "mine"]);
     assert_eq!(ran.code, Some(2));
-    assert!(ran.stderr.contains("is there already"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("already exists"), "{}", ran.stderr);
     let plate = source("meshes/plate.msh");
     let words = [
         "new",

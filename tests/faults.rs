@@ -249,7 +249,7 @@ fn a_folder_that_is_no_job_is_not_replaced() {
     refused(
         folder.path(),
         &words,
-        &["freefem", "no job folder", "--keep"],
+        &["freefem", "not a job folder", "--keep"],
     );
     assert!(folder.path().join("freefem/mine.edp").exists());
     let words = [
@@ -544,7 +544,7 @@ fn a_killed_engine_and_a_folder_in_use_are_told() {
     refused(
         folder.path(),
         &words,
-        &["jobs/freefem is there and is no job folder"],
+        &["jobs/freefem exists but is not a job folder"],
     );
     assert!(folder.path().join("jobs/freefem/thesis.tex").exists());
 }

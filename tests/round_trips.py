@@ -219,7 +219,7 @@ def differences(before, after, lost, suffix, ours):
 # What is said of cells that come back in fewer.
 OF_CELLS = ("become one with them", "become labels of their points")
 # What is said of groups without a name of one.
-OF_GROUPS = ("in several groups", "groups that are no sides", "groups whose number is 0", "groups that are negative", "groups beside such cells", "whose number is not")
+OF_GROUPS = ("in several groups", "groups that are not sides", "groups whose number is 0", "groups that are negative", "groups together with such cells", "whose number is not")
 
 
 def groups_apart(before, after, said, ours):

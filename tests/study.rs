@@ -212,12 +212,12 @@ fn what_cannot_be_studied_is_refused() {
     let folder = folder();
     write(folder.path(), "mine.txt", "mine\n");
     for (words, sentence) in [
-        (&["study", "--budget", "0s"][..], "no positive time"),
+        (&["study", "--budget", "0s"][..], "not a positive duration"),
         (&["study", "no-such-scene"], "there is no scene"),
         (&["study", "hertz", "hertz"], "named twice"),
         (&["study", "r32", "transition-1.5"], "named twice"),
         (&["study", "--engines", "rust,rust"], "named twice"),
-        (&["study", "--budget", "1us"], "no positive time"),
+        (&["study", "--budget", "1us"], "not a positive duration"),
         (&["study", "--resume", "mine.txt"], "nothing was touched"),
         (&["stress", "plate"], "its solution is not known"),
         (&["stress", "--families", "weather"], "there is no family"),

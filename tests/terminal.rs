@@ -101,7 +101,7 @@ fn scenes_are_listed_and_one_is_begun_on_a_mesh() {
     let again = run(at, &["init", "mine.msh"]);
     assert_eq!(again.code, Some(2));
     assert!(
-        again.stderr.contains("mine.toml is there already"),
+        again.stderr.contains("mine.toml already exists"),
         "{}",
         again.stderr
     );

@@ -266,12 +266,12 @@ fn results_name_no_file_outside_their_folder() {
         refused(
             folder.path(),
             &["compare", "u.vtu", "theirs/u.pvtu"],
-            "not beside or below",
+            "not in the folder of this file",
         );
         refused(
             folder.path(),
             &["mesh", "info", "theirs/u.pvtu"],
-            "not beside or below",
+            "not in the folder of this file",
         );
     }
 }
@@ -388,7 +388,7 @@ fn a_baseline_reads_no_other_file() {
     check("a link to a file outside");
     let made = std::process::Command::new("mkfifo").arg(&baseline).status();
     assert!(made.unwrap().success());
-    check("no regular file");
+    check("not a regular file");
 }
 
 /// What is quoted of a stranger's names reaches neither a terminal nor a CI server as a command.

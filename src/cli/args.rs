@@ -40,29 +40,29 @@ pub(super) struct Arguments {
     pub limits: Limits,
 }
 
-/// What the environment says.
+/// Environment variables, at the end of the long help.
 const ENVIRONMENT: &str = "\
 Environment:
-  FACEOFF_LOG            What happens inside, on standard error: info or debug
+  FACEOFF_LOG            Log messages on standard error: info or debug
   FACEOFF_PYTHON         The Python that has dolfinx, or another code of a form
   FACEOFF_MESHIO_PYTHON  The Python that has meshio
   FACEOFF_SANDBOX        `require`: every command runs other codes as with --sandbox
   NO_COLOR               No colours on a terminal";
 
-/// What a command may take, with all that it starts.
+/// Limits for a command and everything that it starts.
 #[derive(Args)]
 pub(super) struct Limits {
-    /// Longest time that the command may take, as in 90s, 5m or 1h
+    /// Time limit for the command, such as 90s, 5m or 1h
     #[arg(help_heading = "Every command", long, global = true, value_name = "TIME", value_parser = time, allow_negative_numbers = true)]
     pub time_limit: Option<Duration>,
-    /// Most memory that it may take, as in 500MB or 4GB [default: what is available]
+    /// Memory limit for the command, such as 500MB or 4GB [default: the available memory]
     #[arg(help_heading = "Every command", long, global = true, value_name = "SIZE", value_parser = memory, allow_negative_numbers = true)]
     pub memory: Option<u64>,
-    /// Run other codes in a sandbox (bubblewrap) or not at all: no network, none of your variables and files, their job folder alone
-    /// to write in [env: FACEOFF_SANDBOX=require]
+    /// Run other codes in a sandbox (bubblewrap) or not at all: without network, without your variables and files, writing only to
+    /// their job folder [env: FACEOFF_SANDBOX=require]
     #[arg(help_heading = "Every command", long, global = true)]
     pub sandbox: bool,
-    /// Say more: `verify` every answer and every field of every pair; -vv: which programs run, and what is left out
+    /// Print more: `verify` prints every answer and every field of every pair; -vv: also which programs run, and what is left out
     #[arg(help_heading = "Every command", long, short, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
@@ -77,7 +77,7 @@ pub(super) enum Command {
     New(New),
     /// Check whether a result solves the scheme; if not, where and why
     Judge(Judge),
-    /// Judge two files of any codes against each other, field by field
+    /// Compare two result files from any codes, field by field
     Compare(Compare),
     /// Bound the error of a result of any code
     Certify(Certify),
@@ -85,25 +85,25 @@ pub(super) enum Command {
     Solve(Solve),
     /// Observed orders of convergence, next to theory where it is known
     Orders(Orders),
-    /// Section 6 of the paper again: its tables, figures and statements
+    /// Reproduce section 6 of the paper: its tables, figures and statements
     Paper(Paper),
     /// What each digit costs in time and memory, by method, with advice
     Study(Study),
     /// What breaks at extremes of data, domains, meshes and gamma0
     Stress(Stress),
-    /// Which releases of which codes agree: a page with badges and history
+    /// Compare releases of codes: a page with badges and history
     Matrix(Matrix),
-    /// Look at, check, convert, make or refine meshes
+    /// Inspect, check, convert, make or refine meshes
     Mesh(Mesh),
     /// Begin a scene on your mesh: a TOML file with its groups
     Init(Init),
-    /// List the built-in scenes, and what each is for
+    /// List the built-in scenes and their purpose
     Scenes(Scenes),
-    /// Show which codes are here, their versions, and what is missing
+    /// Show the installed codes, their versions, and what is missing
     Engines(Engines),
     /// Write completions of arguments for a shell, on standard output
     ///
-    /// For bash, for instance: faceoff completions bash > ~/.local/share/bash-completion/completions/faceoff
+    /// Example for bash: faceoff completions bash > ~/.local/share/bash-completion/completions/faceoff
     Completions(Completions),
     /// Write the manual pages of all commands into DIR
     #[command(hide = true)]
@@ -118,7 +118,7 @@ pub(super) struct Completions {
 
 #[derive(Args)]
 pub(super) struct Man {
-    /// A folder, which is made where it is not there
+    /// A folder, which is created if necessary
     pub dir: PathBuf,
 }
 
@@ -128,7 +128,7 @@ pub(super) struct Scenes {
     pub output: Output,
 }
 
-/// The scene stands beside the mesh, by its name: FILE.toml. Which group is which part of the boundary is guessed from the names.
+/// The scene is written next to the mesh as FILE.toml. The role of each group on the boundary is guessed from its name.
 #[derive(Args)]
 #[command(after_help = formats())]
 pub(super) struct Init {
@@ -148,15 +148,15 @@ pub(super) struct Output {
     /// Write a page (index.html) with figures and data into DIR
     #[arg(help_heading = "Output", long, value_name = "DIR")]
     pub report: Option<PathBuf>,
-    /// Say nothing but errors
+    /// Print only errors
     #[arg(help_heading = "Output", long, short)]
     pub quiet: bool,
 }
 
-/// What pipelines read of what is judged.
+/// Verdicts for CI pipelines.
 #[derive(Args)]
 pub(super) struct Verdicts {
-    /// Write a JUnit XML file: a case for everything that is judged
+    /// Write a JUnit XML file with one case per judgement
     #[arg(help_heading = "Output", long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
     /// Write the verdict as a badge
@@ -164,7 +164,7 @@ pub(super) struct Verdicts {
     pub badge: Option<PathBuf>,
 }
 
-/// What a scene of a stranger may do.
+/// Rights of an untrusted scene.
 #[derive(Args)]
 pub(super) struct Trust {
     /// Let a scene name a mesh outside its own folder
@@ -173,7 +173,7 @@ pub(super) struct Trust {
 }
 
 impl Trust {
-    /// The scenes of these names or files, of which no two have one name.
+    /// The scenes of these names or files; their names must be distinct.
     pub fn scenes(&self, names: &[String]) -> Result<Vec<Scene>> {
         let found = names.iter().map(|name| self.scene(name));
         let found = found.collect::<Result<Vec<_>>>()?;
@@ -191,7 +191,7 @@ impl Trust {
             return Err(Error::usage(what, remedy));
         }
         if is_face_off(name.as_ref()) {
-            let what = format!("{name} is not a scene: it has a form, or codes of its own");
+            let what = format!("{name} is not a scene: it contains a form, or codes");
             let remedy = format!("compare its codes: faceoff verify {name}");
             return Err(Error::usage(what, remedy));
         }
@@ -219,7 +219,7 @@ fn to<'a>(
     }
 }
 
-/// Of a command that has no results.
+/// The output of a command without results.
 fn plain(command: &'static str) -> report::Output<'static> {
     report::Output {
         command,
@@ -228,7 +228,7 @@ fn plain(command: &'static str) -> report::Output<'static> {
 }
 
 impl Command {
-    /// Where the results go, and what they are of.
+    /// Where the results go, and their subject.
     pub fn output(&self) -> report::Output<'_> {
         match self {
             Command::Verify(a) => to("verify", &a.output, Some(&a.verdicts)),
@@ -276,11 +276,11 @@ impl Command {
 /// How engines are run.
 #[derive(Args)]
 pub(super) struct Running {
-    /// Run fenicsx as R processes that share the mesh, by mpirun
+    /// Run fenicsx with mpirun as R processes with a partitioned mesh
     #[arg(help_heading = "Engines", long, value_name = "R", default_value = "1", value_parser = clap::value_parser!(u32).range(1..))]
     pub ranks: u32,
-    /// Start the processes of fenicsx by this instead, in words as a shell has them, as in "srun -n 64"; job folders must be on
-    /// a disk that all see: use --keep
+    /// Start the processes of fenicsx with this command instead, such as "srun -n 64"; job folders must be on
+    /// a shared disk: use --keep
     #[arg(help_heading = "Engines", long, value_name = "COMMAND", value_parser = launcher, conflicts_with = "ranks")]
     pub launcher: Option<Words>,
     /// Keep the job folders in DIR
@@ -289,18 +289,19 @@ pub(super) struct Running {
     /// Stop when the relative broken H1 norm of the increment is below this
     #[arg(help_heading = "Engines", long, value_name = "TOL", default_value = "1e-12", value_parser = increment, allow_negative_numbers = true)]
     pub tolerance: f64,
-    /// Most iterations
+    /// Maximum number of iterations
     #[arg(help_heading = "Engines", long, value_name = "STEPS", default_value = "50", value_parser = clap::value_parser!(u32).range(1..))]
     pub max_iterations: u32,
-    /// Install what is missing first
+    /// First install missing engines
     #[arg(help_heading = "Engines", long)]
     pub install: bool,
 }
 
-/// Below the options.
-const SCENES: &str = "`faceoff scenes` lists the built-in scenes; docs/reference/scenes.md has what a TOML file holds.";
+/// Printed below the options.
+const SCENES: &str =
+    "`faceoff scenes` lists the built-in scenes; docs/reference/scenes.md describes TOML files.";
 
-/// Below the options of what reads results and meshes.
+/// Printed below the options of commands that read results and meshes.
 fn formats() -> String {
     let titles: Vec<&str> = NATIVE.iter().map(|format| format.title).collect();
     format!("Formats: {}; others through meshio.", titles.join(", "))
@@ -309,15 +310,15 @@ fn formats() -> String {
 #[derive(Args)]
 #[command(after_help = SCENES)]
 pub(super) struct Verify {
-    /// Built-in scenes or TOML files [default: the four plane ones without exact solutions]; or the file of a weak form, from which each
-    /// code gets its script; or one face-off file, whose codes are programs of your own (`faceoff new`): with --run
+    /// Built-in scenes or TOML files [default: the four in 2D without exact solutions]; or the file of a weak form, from which each
+    /// code's script is generated; or, with --run, one face-off file, whose codes are your own programs (`faceoff new`)
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
-    /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]; of a face-off, codes of it
+    /// Engines, or TOML files that describe one [default: rust,freefem,fenicsx; with --against: rust]; for a face-off, some of its codes
     /// [default: all]
     #[arg(long, value_delimiter = ',')]
     pub engines: Vec<String>,
-    /// Methods: cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"
+    /// Methods: cr, cr-fc, p1, p2, or a member of the family (2.4) such as "p2(1,0)"
     #[arg(long, default_value = "cr,p2", value_parser = methods)]
     pub methods: Methods,
     /// Refinements [default: each scene's own]
@@ -326,7 +327,7 @@ pub(super) struct Verify {
     /// Set a parameter of a face-off file or a form, also one of its sweep; may be given several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     pub set: Vec<(String, String)>,
-    /// Judge without the engines that are missing, or of a form without the codes that are missing or cannot solve it
+    /// Judge without missing engines, or for a form without codes that are missing or cannot solve it
     #[arg(long)]
     pub allow_missing: bool,
     /// Search for the cause by more runs: where codes differ and no change of the scheme explains it, run both again with one thing matched at a time (tolerance,
@@ -340,15 +341,15 @@ pub(super) struct Verify {
     /// Judge against answers that --record kept
     #[arg(long, value_name = "DIR")]
     pub against: Option<PathBuf>,
-    /// Keep each answer in DIR as it comes, and take those that an interrupted run of the same settings kept there
+    /// Keep each answer in DIR as soon as it is available, and reuse those of an interrupted run with the same settings
     #[arg(long, value_name = "DIR", conflicts_with = "diagnose")]
     pub resume: Option<PathBuf>,
-    /// Run the programs that a face-off file names: without it a file with commands is refused, as any file is data
+    /// Run the programs that a face-off file names; without this option, a file with commands is refused
     #[arg(long)]
     pub run: bool,
     #[command(flatten)]
     pub trust: Trust,
-    /// Tell of each case which model was chosen, what was left out, and what the Rust engine built for it
+    /// Report for each case which model was chosen, what was left out, and what the Rust engine built for it
     #[arg(long)]
     pub explain: bool,
     #[command(flatten)]
@@ -359,7 +360,7 @@ pub(super) struct Verify {
     pub output: Output,
 }
 
-/// Without -o the script is printed. With it the mesh that the script reads is written next to it, and the command that runs it is printed.
+/// Without -o the script is printed. With -o the script and the mesh that it reads are written, and the command that runs it is printed.
 #[derive(Args)]
 pub(super) struct Write {
     /// A TOML file with a weak form (docs/reference/form.md), or a scene of elasticity
@@ -384,20 +385,20 @@ pub(super) struct Write {
     pub quiet: bool,
 }
 
-/// The folder has a face-off file, a script for FreeFEM and one for dolfinx as their users write them, a README and a pipeline; or the
-/// file of a weak form and a pipeline.
+/// The folder contains a face-off file, a typical script for FreeFEM and one for dolfinx, a README and a CI pipeline; or the
+/// file of a weak form and a CI pipeline.
 #[derive(Args)]
 #[command(after_help = super::new::gallery())]
 pub(super) struct New {
     /// The folder, whose last part is the name
     pub name: PathBuf,
-    /// What it begins from
+    /// The template
     #[arg(long, default_value = "blank", value_parser = super::new::FromExample)]
     pub from: Template,
-    /// Begin from this weak form instead
+    /// Start from this weak form instead
     #[arg(long, value_name = "FORM", conflicts_with = "from", value_parser = PossibleValuesParser::new(super::new::forms()))]
     pub form: Option<String>,
-    /// Put this mesh into it, and say which groups it has
+    /// Use this mesh, and print its groups
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
     /// Say nothing but errors
@@ -413,10 +414,10 @@ pub(super) enum Template {
     Hertz,
 }
 
-/// VTU, PVTU, and what else `faceoff mesh info` shows fields of; CSV with the columns `vertex`, `v0,v1[,v2]` or `x,y[,z]` as
-/// keys, or of quantities over `time`. Two results of several times (a PVD, XDMF, Exodus or MSH file, or a pattern of numbered
-/// files, as in 'u_*.vtu') are matched by time, the files of two folders by name. Results on other meshes are compared as
-/// functions, on the intersection of the meshes.
+/// Reads VTU, PVTU, and all files whose fields `faceoff mesh info` shows; CSV with the key columns `vertex`, `v0,v1[,v2]` or
+/// `x,y[,z]`, or with quantities over `time`. Two results with several times (a PVD, XDMF, Exodus or MSH file, or a pattern of
+/// numbered files such as 'u_*.vtu') are matched by time, the files of two folders by name. Results on different meshes are
+/// compared as functions, on the intersection of the meshes.
 #[derive(Args)]
 #[command(after_help = formats())]
 pub(super) struct Compare {
@@ -434,7 +435,7 @@ pub(super) struct Compare {
     /// "p:up_to=constant" (also sign, scale, phase, rigid, gradient, or several joined by +); tolerances that are left out are those of all fields
     #[arg(long = "field", value_name = "NAME:KEY=VALUE", value_parser = of_field)]
     pub field: Vec<OfField>,
-    /// Take the tolerances of the table compare of this scene where no option gives one
+    /// Use the tolerances in the table [compare] of this scene, unless an option sets them
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<String>,
     #[command(flatten)]
@@ -446,36 +447,36 @@ pub(super) struct Compare {
     /// Leave this field out, or a pattern; may be given several times
     #[arg(long, value_name = "NAME")]
     pub except: Vec<String>,
-    /// Let NaN on both sides be no difference in this field; NaN against a number always is
+    /// Treat NaN on both sides as equal in this field; NaN against a number is always a difference
     #[arg(long, value_name = "NAME")]
     pub nan_equal: Vec<String>,
-    /// What A calls NAME is called OTHER in B, as in "speed=|u|"; may be given several times
+    /// The field NAME of A is called OTHER in B, as in "speed=|u|"; may be given several times
     #[arg(long, value_name = "NAME=OTHER", value_parser = pair)]
     pub pair: Vec<(String, String)>,
-    /// The mesh whose vertices tables with `v0,v1[,v2]` number, from 0, for fields as `RT0(q)` and `N1curl(u)`
+    /// The mesh to which the vertex numbers (from 0) in columns `v0,v1[,v2]` refer, for fields such as `RT0(q)` and `N1curl(u)`
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
-    /// Judge cells of this dimension alone, where one file holds those of the boundary as well
+    /// Judge only cells of this dimension, if a file also contains those of the boundary
     #[arg(long, value_name = "D", value_parser = clap::value_parser!(u8).range(0..=3))]
     pub dim: Option<u8>,
     /// How points and cells match: by their numbers, by their places, or fields as functions wherever both meshes are
     /// [default: by numbers where the points of both files are the same; as functions where their cells are others]
     #[arg(long, value_parser = PossibleValuesParser::new(["vertices", "coordinates", "functions"]).map(match_by))]
     pub map: Option<MatchBy>,
-    /// How far apart two points may be along an axis and still be one [default: what the digits of the coordinates allow]
+    /// Largest distance along an axis at which two points are the same [default: from the digits of the coordinates]
     #[arg(long, value_name = "DISTANCE", value_parser = bound, allow_negative_numbers = true)]
     pub place_tolerance: Option<f64>,
-    /// Of functions on two meshes: the part of either mesh that the other need not cover, as in 0.01 where both approximate one
-    /// curved domain [default: what rounding of the coordinates makes]
+    /// For functions on two meshes: the part of either mesh that the other need not cover, such as 0.01 if both approximate one
+    /// curved domain [default: the effect of rounding the coordinates]
     #[arg(long, value_name = "PART", value_parser = bound, allow_negative_numbers = true)]
     pub uncovered: Option<f64>,
     /// Write the differences on the mesh of A
     #[arg(long, value_name = "FILE.vtu")]
     pub out: Option<PathBuf>,
-    /// Write the fields of B on the mesh of A, by the L2 projection, which keeps integrals
+    /// Write the fields of B on the mesh of A, by the L2 projection, which conserves integrals
     #[arg(long, value_name = "FILE.vtu")]
     pub project: Option<PathBuf>,
-    /// Of results of several times: judge this one alone
+    /// For results with several times: judge only this one
     #[arg(
         long,
         value_name = "T",
@@ -486,20 +487,20 @@ pub(super) struct Compare {
     /// Which times to judge
     #[arg(long, value_name = "WHICH", value_parser = ["all", "last"], default_value = "all")]
     pub times: String,
-    /// How far apart two times may be and still be one [default: what their digits allow]
+    /// Largest distance at which two times are the same [default: from their digits]
     #[arg(long, value_name = "DT", value_parser = bound, allow_negative_numbers = true)]
     pub time_tolerance: Option<f64>,
-    /// Where B lacks a time of A, interpolate linearly between its neighbours
+    /// If B lacks a time of A, interpolate linearly between its neighbours
     #[arg(long)]
     pub interpolate: bool,
-    /// Of two folders: compare the files of this pattern alone, as in '*.vtu'; may be given several times [default: all that
+    /// For two folders: compare only files matching this pattern, such as '*.vtu'; may be given several times [default: all that
     /// can be results]
     #[arg(long, value_name = "PATTERN")]
     pub include: Vec<String>,
-    /// Of two folders: leave out the files of this pattern; may be given several times
+    /// For two folders: leave out files matching this pattern; may be given several times
     #[arg(long, value_name = "PATTERN")]
     pub exclude: Vec<String>,
-    /// Without effect: two files that are the same byte for byte are two results
+    /// Without effect: two files with identical bytes are always compared as two results
     #[arg(long, hide = true)]
     pub allow_identical: bool,
     #[command(flatten)]
@@ -517,7 +518,7 @@ fn match_by(word: String) -> MatchBy {
 }
 
 impl Judge {
-    /// What is judged, as schemas call it.
+    /// The kind of judgement, by its name in the schemas.
     fn command(&self) -> &'static str {
         match is_face_off(self.scene.as_ref()) {
             true => "judge form",
@@ -526,12 +527,13 @@ impl Judge {
     }
 }
 
-/// Puts a field into the scheme and says whether it solves it; and if not: at which rows and faces, in which terms, what γ would
-/// have to be on each contact face, and which single change of the scheme or of the values explains it. All that follows from
-/// the field alone: the code that wrote it is not run. What the file has values on says what the field is, as for `certify`.
-/// Of a form file the fields with the names of its unknowns are put into F, on its mesh at the refinement that fits or that --n names.
+/// Substitutes a field into the discrete equations and reports whether it solves them. If not, it reports the equations, faces and
+/// terms with a residual, the γ that each contact face would need, and the single change of the scheme or of the values that explains
+/// the residual. All of this follows from the field; the code that wrote it is not run. As for `certify`, the space of the field
+/// follows from where it has values. For a form file, the fields with the names of its unknowns are substituted into F, on its
+/// mesh at the refinement that fits or that --n sets.
 ///
-/// Exit code: 0 its residual is at rounding; 1 it is not; 2 it could not be judged.
+/// Exit code: 0 the residual is at rounding level; 1 it is not; 2 it could not be judged.
 #[derive(Args)]
 #[command(after_help = SCENES)]
 pub(super) struct Judge {
@@ -542,7 +544,7 @@ pub(super) struct Judge {
     pub scene: String,
     #[command(flatten)]
     pub trust: Trust,
-    /// The method that it should solve [default: cr, p1 or p2, as the field is]
+    /// The method whose equations it should solve [default: cr, p1 or p2, according to the field]
     #[arg(long, value_parser = method)]
     pub method: Option<Method>,
     /// The field [default: the only one that can be u, or the one of that name]
@@ -563,8 +565,8 @@ pub(super) struct Judge {
     pub output: Output,
 }
 
-/// Guaranteed bounds of the error of a field, whatever code and method it comes from. What the file has values on says what
-/// the field is: at vertices P1, at vertices and midpoints of edges P2, at corners of cells or on faces CR.
+/// Guaranteed bounds for the error of a field, from any code and method. The space of the field follows from where it has
+/// values: P1 at vertices, P2 at vertices and midpoints of edges, CR at corners of cells or on faces.
 ///
 /// Exit code: 0 certified; 2 no certificate.
 #[derive(Args)]
@@ -583,7 +585,7 @@ pub(super) struct Certify {
     /// Take the field as a function of this space
     #[arg(long, value_parser = PossibleValuesParser::new(["cr", "p1", "p2"]).try_map(|word| method(&word)))]
     pub element: Option<Method>,
-    /// The method that it comes from: the flux on Γ_C is read as this method has it, which is sharper for cr-fc
+    /// The method that computed it: the flux on Γ_C is then that of the method, which gives sharper bounds for cr-fc
     #[arg(long, value_parser = method, conflicts_with = "element")]
     pub method: Option<Method>,
     /// The mesh of the result (with the groups that the scene names) [default: that of the file, or the scene's where it has none]
@@ -609,7 +611,7 @@ pub(super) struct Solve {
     /// An engine, or a TOML file that describes one
     #[arg(long, default_value = "rust")]
     pub engine: String,
-    /// cr, cr-fc, p1, p2, or a member of the family (2.4) as in "p2(1,0)"; p1-vi, cr-vi, penalty,
+    /// cr, cr-fc, p1, p2, or a member of the family (2.4) such as "p2(1,0)"; p1-vi, cr-vi, penalty,
     /// multiplier (Rust engine only) [default: cr; with --accuracy cr-fc]
     #[arg(long, value_parser = method)]
     pub method: Option<Method>,
@@ -626,25 +628,25 @@ pub(super) struct Solve {
     /// (Rust engine only)
     #[arg(long, default_value = "newton")]
     pub iteration: Iteration,
-    /// What solves linear systems: auto, multifrontal, faer or iterative (Rust engine only)
+    /// Linear solver: auto, multifrontal, faer or iterative (Rust engine only)
     #[arg(long, value_name = "SOLVER", default_value = "auto")]
     pub linear: Solver,
-    /// Numbers of the factor: f64, f32-refined, which takes half the memory and is refined to the same
-    /// digits, or auto, which takes f32 for large factors (Rust engine only)
+    /// Precision of the factor: f64, f32-refined, which takes half the memory and is refined to the same
+    /// digits, or auto, which uses f32 for large factors (Rust engine only)
     #[arg(long, default_value = "auto")]
     pub precision: Precision,
     /// Refine until a certified error is below TOL: relative, in the energy norm or of the contact force; WHAT as for --certify (Rust
     /// engine only)
     #[arg(long, value_name = "TOL[:WHAT]", value_parser = accuracy, allow_negative_numbers = true, conflicts_with_all = ["n", "mesh", "engine", "iteration"])]
     pub accuracy: Option<Accuracy>,
-    /// With --accuracy: uniform or adaptive meshes only [default: what is predicted to be cheaper]
+    /// With --accuracy: only uniform or only adaptive meshes [default: whichever is predicted to be cheaper]
     #[arg(long, value_name = "uniform|adaptive", requires = "accuracy")]
     pub way: Option<Way>,
     /// Bound the error of the averaged gradient (g), of an admissible function (v), of u_h (u_h), or of the contact force
     /// (contact-force)
     #[arg(long, value_name = "WHAT", num_args = 0..=1, require_equals = true, default_missing_value = "g")]
     pub certify: Option<Target>,
-    /// Tell which model was chosen, what was left out, and what was built for it
+    /// Report which model was chosen, what was left out, and what was built for it
     #[arg(long)]
     pub explain: bool,
     /// Write the solution as FILE.vtu (and its faces as FILE-faces.vtu)
@@ -664,20 +666,20 @@ pub(super) struct Engines {
     pub output: Output,
 }
 
-/// Everything that `engines install` knows how to bring.
+/// Everything that `engines install` can install.
 pub(super) const INSTALLED: [&str; 3] = ["freefem", "fenicsx", "meshio"];
 
 #[derive(Subcommand)]
 pub(super) enum EnginesAction {
-    /// Install what is missing: FreeFEM and dolfinx by apt, meshio into a private environment
+    /// Install missing codes: FreeFEM and dolfinx by apt, meshio into a private environment
     Install {
-        /// What to install [default: all]
+        /// The codes to install [default: all]
         #[arg(value_parser = INSTALLED)]
         what: Vec<String>,
     },
-    /// Run a code through small cases with known answers, and say what it gets wrong
+    /// Run a code on small cases with known answers, and report its errors
     ///
-    /// Exit code: 0 all right, 1 something is wrong, 2 something has no answer.
+    /// Exit code: 0 all correct, 1 something is wrong, 2 something has no answer.
     Check {
         /// A TOML file that describes an engine, or the name of one that is built in
         #[arg(value_name = "FILE")]

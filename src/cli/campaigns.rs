@@ -249,11 +249,11 @@ fn follow(words: &[String]) -> Result<Followed> {
         let (status, said) = (output.status, String::from_utf8_lossy(&output.stderr));
         return Err(failed(format!("ended with {status}: {}", said.trim())));
     }
-    let told: serde_json::Value =
-        serde_json::from_slice(&output.stdout).map_err(|e| failed(format!("told no JSON: {e}")))?;
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout)
+        .map_err(|e| failed(format!("printed no JSON: {e}")))?;
     let number = |value: &serde_json::Value| {
         let number = value.as_f64();
-        number.ok_or_else(|| failed("did not tell its time and memory".into()))
+        number.ok_or_else(|| failed("did not report its time and memory".into()))
     };
     Ok(Followed {
         seconds: number(&told["seconds"]["total"])?,

@@ -56,7 +56,7 @@ pub fn compare(options: &[String], sides: [Side; 2], tell: &dyn Fn(String)) -> R
     let arguments = parse(words.chain(["--".into()]).chain(paths))?;
     match &arguments.command {
         Command::Compare(arguments) => Request::new(arguments, &sides, true, tell)?.found(sides),
-        _ => Err(Error::usage("this is no comparison", "give two results")),
+        _ => Err(Error::usage("this is not a comparison", "give two results")),
     }
 }
 

@@ -51,7 +51,7 @@ pub(super) fn files(a: &Path, b: &Path, include: &[String], exclude: &[String]) 
                     .collect();
                 let more = if others.len() > 3 { ", …" } else { "" };
                 let note = format!(
-                    "{} files in {} are no results by their suffix: {}{more}",
+                    "{} files in {} are not results, judging by their suffix: {}{more}",
                     others.len(),
                     folder.display(),
                     names.join(", ")

@@ -18,7 +18,7 @@ pub(super) fn run(arguments: &Init) -> Result<u8> {
     let path = arguments.mesh.with_extension("toml");
     let shown = path.display().to_string();
     if path.exists() {
-        let what = format!("{shown} is there already");
+        let what = format!("{shown} already exists");
         return Err(Error::usage(what, "move it, or rename the mesh"));
     }
     save(&path, [scene(&file, &mesh)?.as_bytes()])?;

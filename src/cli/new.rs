@@ -150,7 +150,7 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
         return Err(Error::usage(what, "use letters, digits, `-`, `_` and `.`"));
     }
     if folder.exists() {
-        let what = format!("{} is there already", folder.display());
+        let what = format!("{} already exists", folder.display());
         return Err(Error::usage(what, "give another name, or remove it"));
     }
     let mesh = arguments.mesh.as_deref().map(own).transpose()?;
@@ -211,10 +211,12 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
     if let Some((name, mesh)) = &mesh {
         note!("faceoff: {name} has {}", groups(mesh).join(", "));
         match form {
-            Some(_) => note!("faceoff: the form names groups of its own mesh: put yours there"),
+            Some(_) => note!(
+                "faceoff: the form names the groups of its original mesh: replace them with yours"
+            ),
             None => {
                 note!(
-                    "faceoff: the scripts name groups by the numbers of the template: put yours there"
+                    "faceoff: the scripts name groups by the numbers of the template: replace them with yours"
                 );
             }
         }

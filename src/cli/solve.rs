@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
     };
     if linear != Settings::default() && arguments.engine != engine::OWN {
         return Err(Error::usage(
-            format!("engine {} has a linear solver of its own", arguments.engine),
+            format!("engine {} uses its own linear solver", arguments.engine),
             "use --linear and --precision with --engine rust only",
         ));
     }

@@ -68,13 +68,14 @@ pub(super) fn time(text: &str) -> Result<Duration, String> {
         Some((at, 'h')) => (&text[..at], 3600.0),
         _ => (text, 1.0),
     };
-    duration(number, unit).ok_or_else(|| format!("`{text}` is no positive time, as 90s, 5m or 1h"))
+    duration(number, unit)
+        .ok_or_else(|| format!("`{text}` is not a positive duration (examples: 90s, 5m, 1h)"))
 }
 
 /// A number in a range.
 fn number(text: &str, is_valid: impl Fn(f64) -> bool, what: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|t| is_valid(*t));
-    number.ok_or_else(|| format!("`{text}` is no {what}"))
+    number.ok_or_else(|| format!("`{text}` is not a {what}"))
 }
 
 /// `500MB`, `4GB`, or MB without letters; in bytes.
@@ -87,11 +88,13 @@ pub(super) fn memory(text: &str) -> Result<u64, String> {
     if (1.0..1e18).contains(&bytes) {
         return Ok(bytes as u64);
     }
-    Err(format!("`{text}` is no size of memory, as 500MB or 4GB"))
+    Err(format!(
+        "`{text}` is not a memory size (examples: 500MB, 4GB)"
+    ))
 }
 
 pub(super) fn accuracy(text: &str) -> Result<Accuracy, String> {
-    let what = "relative accuracy between 0 and 1, as 1e-2 for 1 %, or 1e-2:contact-force for what it is of";
+    let what = "relative accuracy between 0 and 1 (examples: 1e-2 for 1 %, 1e-2:contact-force)";
     let (first, target) = match text.split_once(':') {
         Some((first, target)) => (first, Some(target.parse::<Target>()?)),
         None => (text, None),

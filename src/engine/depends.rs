@@ -227,8 +227,7 @@ impl Found<'_> {
                         "{} has more than {MOST} files, so that nobody can tell what a code there depends on",
                         root.display()
                     );
-                    let remedy =
-                        "run it without --resume and --record, or from a folder of its own";
+                    let remedy = "run it without --resume and --record, or from a separate folder";
                     return Err(Error::usage(what, remedy));
                 }
                 let entry = entry.map_err(Error::io(&folder, "list"))?;

@@ -114,7 +114,7 @@ impl Explanation {
         }
         if self.floats {
             lines.push(text!(
-                "held: a part of the domain by contact alone, so that the mass of Γ_C is added and taken away again"
+                "a part of the domain is constrained only by contact, so that the mass of Γ_C is added and subtracted again"
             ));
         } else {
             left_out.push(text!("what holds floating parts (Γ_D holds all)"));

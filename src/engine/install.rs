@@ -54,7 +54,7 @@ pub fn plan(names: &[&str]) -> Vec<Installation> {
         let home = home.to_string_lossy().into_owned();
         let pip = format!("{home}/bin/pip");
         plan.push(Installation {
-            what: "meshio, in a Python environment of its own".into(),
+            what: "meshio, in a separate Python environment".into(),
             commands: vec![
                 words(&["/usr/bin/python3", "-m", "venv", &home]),
                 words(&[&pip, "install", "--quiet", "meshio[all]"]),

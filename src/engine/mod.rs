@@ -275,7 +275,7 @@ fn accepts_family(engine: &str, method: &Method) -> Result<()> {
     Err(Error::engine(
         engine,
         format!("it has Nitsche's method, the family (2.4) and cr-fc, and {method} is not of it"),
-        "solve it with --engine rust, which alone has the classical methods",
+        "solve it with --engine rust, the only engine with the classical methods",
     ))
 }
 

@@ -139,7 +139,7 @@ impl Engine for Program {
         let probed = match &self.kind {
             Kind::FreeFem { .. } => freefem::probe(&self.within),
             Kind::Fenicsx { .. } => fenicsx::probe(&self.within),
-            Kind::Other { .. } => Ok("told by its answers".into()),
+            Kind::Other { .. } => Ok("reported in its answers".into()),
         };
         probed.map_err(|error| match error {
             Error::Engine { what, .. } if !self.within.is_here() => {
@@ -309,7 +309,7 @@ impl Folder {
         let mut entries = fs::read_dir(&folder).map_err(Error::io(&folder, "read"))?;
         if !is_new && entries.next().is_some() {
             if !folder.join("job.json").is_file() {
-                return Err(refuse("is there and is no job folder"));
+                return Err(refuse("exists but is not a job folder"));
             }
             empty(&folder)?;
         }

@@ -477,13 +477,13 @@ impl Script {
             }
             let (name, value) = text
                 .split_once(',')
-                .ok_or_else(|| refuse(format!("`{text}` is no name and number")))?;
+                .ok_or_else(|| refuse(format!("`{text}` is not a name and a number")))?;
             let value: f64 = value
                 .trim()
                 .parse()
-                .map_err(|_| refuse(format!("`{}` is no number", value.trim())))?;
+                .map_err(|_| refuse(format!("`{}` is not a number", value.trim())))?;
             if numbers.insert(name.trim().to_owned(), value).is_some() {
-                return Err(refuse(format!("{} is there twice", name.trim())));
+                return Err(refuse(format!("{} occurs twice", name.trim())));
             }
         }
         Ok(numbers)

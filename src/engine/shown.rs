@@ -66,8 +66,7 @@ impl Shown {
                 "a sandboxed program would see all of {}, which is {why}",
                 real.display()
             );
-            let remedy =
-                "put what it needs into a folder of its own, or trust it and leave --sandbox out";
+            let remedy = "put its files into a separate folder, or trust it and omit --sandbox";
             return Err(Error::usage(what, remedy));
         }
         self.add(real);

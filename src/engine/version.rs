@@ -85,7 +85,7 @@ pub fn doubt(engine: &str, version: &str) -> Option<String> {
     let tested: Vec<String> = of.tested.iter().map(|[a, b]| format!("{a}.{b}")).collect();
     let what = match parse(version) {
         Some(release) if of.tested.contains(&release) => return None,
-        Some(_) => format!("{} {version} is none of the releases", of.code),
+        Some(_) => format!("{} {version} is not one of the releases", of.code),
         None => format!(
             "`{version}` is no version of {} that is known, and not one",
             of.code
@@ -131,9 +131,9 @@ mod tests {
         }
         for (engine, version, said) in [
             ("freefem", "4.12", "(4.9, 4.11, 4.15)"),
-            ("freefem", "4.1", "FreeFEM 4.1 is none"),
-            ("fenicsx", "0.11.0.dev0", "dolfinx 0.11.0.dev0 is none"),
-            ("fenicsx", "2019.2", "is none"),
+            ("freefem", "4.1", "FreeFEM 4.1 is not one"),
+            ("fenicsx", "0.11.0.dev0", "dolfinx 0.11.0.dev0 is not one"),
+            ("fenicsx", "2019.2", "is not one"),
             ("fenicsx", "unknown", "no version of dolfinx"),
             ("freefem", "", "no version of FreeFEM"),
         ] {

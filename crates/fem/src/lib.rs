@@ -42,7 +42,7 @@ pub mod truth;
 #[cfg(test)]
 fn test_config(cases: u32) -> proptest::test_runner::Config {
     let seed = std::env::var("FACEOFF_SEED").map_or(2017, |seed| {
-        seed.parse().expect("FACEOFF_SEED is a whole number")
+        seed.parse().expect("FACEOFF_SEED is an integer")
     });
     proptest::test_runner::Config {
         cases,

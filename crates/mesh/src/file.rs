@@ -21,11 +21,11 @@ use crate::memory;
 pub fn open(path: &Path) -> io::Result<File> {
     // Opening a pipe waits for one who writes.
     if !fs::metadata(path)?.is_file() {
-        return Err(io::Error::other("it is no regular file"));
+        return Err(io::Error::other("it is not a regular file"));
     }
     let file = open_now(path)?;
     if !file.metadata()?.is_file() {
-        return Err(io::Error::other("it is no regular file"));
+        return Err(io::Error::other("it is not a regular file"));
     }
     let length = file.metadata()?.len();
     if memory::available().is_some_and(|there| length > there) {
@@ -97,11 +97,11 @@ pub fn open_beneath(folder: &Path, name: impl AsRef<Path>) -> io::Result<File> {
     let name = name.as_ref();
     let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
     if name.as_os_str().is_empty() || !name.components().all(inside) {
-        return Err(io::Error::other("it lies outside of its folder"));
+        return Err(io::Error::other("it is outside its folder"));
     }
     let file = open_unlinked(folder, name)?;
     if !file.metadata()?.is_file() {
-        return Err(io::Error::other("it is no regular file"));
+        return Err(io::Error::other("it is not a regular file"));
     }
     Ok(file)
 }
@@ -125,9 +125,9 @@ fn open_unlinked(folder: &Path, name: &Path) -> io::Result<File> {
         let flags = OFlag::O_RDONLY | OFlag::O_CLOEXEC | OFlag::O_NOFOLLOW | of_kind;
         let opened = openat(&at, part.as_os_str(), flags, Mode::empty());
         at = File::from(opened.map_err(|e| match e {
-            Errno::ELOOP => io::Error::other("it is a link, or lies behind one"),
+            Errno::ELOOP => io::Error::other("it is a link, or is reached through one"),
             Errno::ENOTDIR => io::Error::other("what should be its folder is a link or a file"),
-            Errno::ENXIO => io::Error::other("it is no regular file"),
+            Errno::ENXIO => io::Error::other("it is not a regular file"),
             other => other.into(),
         })?);
     }
@@ -140,7 +140,7 @@ fn open_unlinked(folder: &Path, name: &Path) -> io::Result<File> {
     for part in name.components() {
         path.push(part);
         if fs::symlink_metadata(&path)?.is_symlink() {
-            return Err(io::Error::other("it is a link, or lies behind one"));
+            return Err(io::Error::other("it is a link, or is reached through one"));
         }
     }
     File::open(path)
@@ -322,7 +322,7 @@ mod tests {
         assert!(made.unwrap().success());
         for path in [Path::new("/dev/zero"), folder.path(), &pipe] {
             let refused = read(path).unwrap_err().to_string();
-            assert!(refused.contains("no regular file"), "{refused}");
+            assert!(refused.contains("not a regular file"), "{refused}");
         }
         let path = folder.path().join("text");
         fs::write(&path, "words").unwrap();
@@ -359,8 +359,8 @@ mod tests {
             ("out/inner", "link"),
             ("out/zero", "link"),
             ("elsewhere/a", "link"),
-            ("out/pipe", "no regular file"),
-            ("out/below", "no regular file"),
+            ("out/pipe", "not a regular file"),
+            ("out/below", "not a regular file"),
             ("out/../../secret/a", "outside"),
             ("/etc/passwd", "outside"),
             ("", "outside"),

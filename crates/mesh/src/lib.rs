@@ -49,7 +49,7 @@
 //! | AVS-UCD | text and binary, with data | through meshio | |
 //! | UNV | nodes, elements, groups, results | yes | elements without a number in UNV; fields on the nodes of cells |
 //! | Nastran | bulk data in all three widths, includes | through meshio | |
-//! | SU2 | all zones | yes | second order; groups that are no sides; fields |
+//! | SU2 | all zones | yes | second order; groups that are not sides; fields |
 //! | STL, PLY, OFF, OBJ | triangles and quadrangles | through meshio | |
 //!
 //! What these do not know, [meshio](https://github.com/nschloe/meshio) reads and writes, where its Python is given.
@@ -75,7 +75,7 @@ pub use mesh::{CellBlock, CellKind, Field, Group, Mesh, Triangulation};
 #[cfg(test)]
 fn test_config(cases: u32) -> proptest::test_runner::Config {
     let seed = std::env::var("FACEOFF_SEED").map_or(2017, |seed| {
-        seed.parse().expect("FACEOFF_SEED is a whole number")
+        seed.parse().expect("FACEOFF_SEED is an integer")
     });
     proptest::test_runner::Config {
         cases,

@@ -1,4 +1,4 @@
-//! The arguments of what runs many cases: `orders`, `study`, `stress`, `paper`, `matrix`.
+//! The arguments of commands that run many cases: `orders`, `study`, `stress`, `paper`, `matrix`.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use crate::cli::words::{Methods, methods, setting, time};
 #[derive(Args)]
 #[command(after_help = SCENES)]
 pub(in crate::cli) struct Orders {
-    /// Scenes with a known solution [default: all that are built in]
+    /// Scenes with a known solution [default: all built-in ones]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
     /// Take results of any code instead of scenes: from the coarsest mesh to the finest, in files that `faceoff compare` reads
@@ -34,10 +34,10 @@ pub(in crate::cli) struct Orders {
     /// times [default: all that they share]
     #[arg(long, value_name = "NAME", requires = "results")]
     pub only: Vec<String>,
-    /// cr, p1, p2, a member of the family (2.4) as in "p2(1,0)", p1-vi, cr-vi, penalty, multiplier
+    /// cr, p1, p2, a member of the family (2.4) such as "p2(1,0)", p1-vi, cr-vi, penalty, multiplier
     #[arg(long, default_value = "cr,p1,p2", value_parser = methods)]
     pub methods: Methods,
-    /// Refinements, rising
+    /// Refinements, increasing
     #[arg(long, value_delimiter = ',', default_values = ["16", "32", "64"], value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Vec<u32>,
     /// Of scenes of elasticity: give a parameter this value, as in nu=0.4999; may be given several times
@@ -53,7 +53,7 @@ pub(in crate::cli) struct Orders {
 #[derive(Args)]
 #[command(after_help = SCENES)]
 pub(in crate::cli) struct Study {
-    /// Scenes, best with a known solution: with an exact one, or one-zone, three-zones, five-zones
+    /// Scenes, preferably with a known solution: an exact one, or one-zone, three-zones, five-zones
     #[arg(value_name = "SCENE", default_values = ["one-zone", "transition-1.5"])]
     pub scenes: Vec<String>,
     /// Engines, or TOML files that describe one
@@ -62,13 +62,13 @@ pub(in crate::cli) struct Study {
     /// Methods: an engine runs those that it has
     #[arg(long, default_value = "cr,cr-fc,p1,p2,p1-vi,cr-vi,penalty,multiplier", value_parser = methods)]
     pub methods: Methods,
-    /// Wall-clock time for everything, as in 90s, 5m or 1h; the two coarsest meshes are measured in any case
+    /// Total wall-clock time, such as 90s, 5m or 1h; the two coarsest meshes are always measured
     #[arg(long, value_name = "TIME", default_value = "60s", value_parser = time, allow_negative_numbers = true)]
     pub budget: Duration,
-    /// No finer uniform meshes than this, nor adapted ones that follow one with more dofs
+    /// Finest uniform mesh; adapted meshes stop at as many dofs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub finest: Option<u32>,
-    /// Keep each measurement in FILE as it is made, and take from it what was measured before
+    /// Keep each measurement in FILE as soon as it is made, and reuse those of an earlier run
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
     #[command(flatten)]
@@ -85,7 +85,7 @@ pub(in crate::cli) struct Stress {
     /// Scenes with an exact solution: their data, domain and gamma0 are taken to extremes
     #[arg(value_name = "SCENE", default_values = ["transition-1.5", "manufactured-3"])]
     pub scenes: Vec<String>,
-    /// Only these families of extremes, as in --families gamma0,flat [default: all]
+    /// Only these families of extremes, such as --families gamma0,flat [default: all]
     #[arg(long, value_delimiter = ',')]
     pub families: Vec<String>,
     /// Engines, or TOML files that describe one
@@ -106,16 +106,16 @@ pub(in crate::cli) struct Stress {
 
 #[derive(Args)]
 pub(in crate::cli) struct Paper {
-    /// The mesh-free solutions only: contact set, norms, flux and samples
+    /// Only the mesh-free solutions: contact set, norms, flux and samples
     #[arg(long, conflicts_with_all = ["engines", "n", "fine", "ranks", "launcher", "keep", "tolerance", "max_iterations", "install"])]
     pub reference: bool,
     /// N of (6.2) besides the paper's 3 and 5
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..))]
     pub zones: Vec<u32>,
-    /// Codes besides the Rust engine that solve the same: freefem, fenicsx, or a TOML file
+    /// Further codes that solve the same problems: freefem, fenicsx, or a TOML file
     #[arg(long, value_delimiter = ',')]
     pub engines: Vec<String>,
-    /// Meshes, rising
+    /// Meshes, increasing
     #[arg(long, value_delimiter = ',', default_values_t = paper::MESHES.map(|n| n as u32), value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Vec<u32>,
     /// Mesh of the P2 reference, a multiple of 4
@@ -130,12 +130,12 @@ pub(in crate::cli) struct Paper {
 /// With --report the folder keeps the history of all runs, a badge for each release, and for each scene and method the page that
 /// `verify` writes.
 ///
-/// Exit code: 0 all agree; 1 something differs; else 2 where a release is not there or failed.
+/// Exit code: 0 all agree; 1 something differs; otherwise 2 if a release is missing or failed.
 #[derive(Args)]
 pub(in crate::cli) struct Matrix {
-    /// A TOML file with `scenes`, `methods`, `n`, and `[[releases]]` of codes with the words by which each runs in a container or chroot
+    /// A TOML file with `scenes`, `methods`, `n`, and `[[releases]]` of codes, with the command prefix that runs each in a container or chroot
     pub file: PathBuf,
-    /// Run the programs that the file names: without it the file is refused, as any file is data
+    /// Run the programs that the file names; without this option, the file is refused
     #[arg(long)]
     pub run: bool,
     #[command(flatten)]

@@ -18,11 +18,11 @@ pub(in crate::cli) struct Mesh {
 pub(in crate::cli) enum MeshAction {
     /// Show format, counts, bounding box, groups, times, and the fields with their ranges
     ///
-    /// Takes lists (.pvd, .pvtu), numbered files ('u_*.vtu') and Medit's .sol, too.
+    /// Also reads lists (.pvd, .pvtu), numbered files ('u_*.vtu') and Medit's .sol.
     #[command(after_help = formats())]
     Info {
         file: PathBuf,
-        /// The mesh of a .sol, instead of the one beside it
+        /// The mesh of a .sol, instead of the one next to it
         #[arg(long, value_name = "FILE")]
         mesh: Option<PathBuf>,
         #[command(flatten)]
@@ -38,7 +38,7 @@ pub(in crate::cli) enum MeshAction {
         #[command(flatten)]
         output: Output,
     },
-    /// Write a mesh in another format, which the suffix of OUT or --format names
+    /// Write a mesh in another format, given by the suffix of OUT or by --format
     Convert {
         #[arg(value_name = "IN")]
         input: PathBuf,
@@ -70,7 +70,7 @@ pub(in crate::cli) enum MeshAction {
         input: PathBuf,
         #[arg(value_name = "OUT")]
         out: PathBuf,
-        /// How often
+        /// Number of refinements
         #[arg(long, default_value = "1", value_parser = clap::value_parser!(u32).range(1..=12))]
         times: u32,
         #[command(flatten)]

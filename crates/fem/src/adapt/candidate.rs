@@ -97,7 +97,7 @@ impl Candidate {
                 let own = other.n().ok_or_else(|| Error::Scene {
                     scene: scene.name().to_owned(),
                     place: "mesh.n".into(),
-                    what: "the mesh file has no n, so that nobody knows what finer one to make"
+                    what: "the mesh file has no n, so that it is unknown which finer one to make"
                         .into(),
                     remedy: "give it one, as in n = 8".into(),
                 })?;

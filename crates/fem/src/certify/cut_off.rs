@@ -143,7 +143,7 @@ pub(super) fn cut_offs(problem: &Problem, unit: i32) -> Result<Vec<CutOff>> {
         let [x, y, z] = mesh.cell_midpoint(cell);
         Err(refusal(
             format!(
-                "{what} in the cell about ({x}, {y}, {z}) beside Γ_D, where its formula continues what it has there beyond linear functions"
+                "{what} in the cell about ({x}, {y}, {z}) next to Γ_D, where its formula continues what it has there beyond linear functions"
             ),
             "write g so that it is continuous with a bounded slope within these cells as well, or linear on every face",
         ))

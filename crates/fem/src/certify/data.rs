@@ -116,7 +116,7 @@ impl PreparedData {
         &self.lifts[first..first + count]
     }
 
-    /// What v has of g beside Γ_D in space.
+    /// What v has of g next to Γ_D in space.
     pub(super) fn cut_off(&self, cell: usize) -> Option<&CutOff> {
         of_cell(&self.cut_offs, cell)
     }

@@ -402,7 +402,7 @@ pub fn distance(spaces: [&Space; 2], fields: [&[f64]; 2]) -> f64 {
 fn check(problem: &Problem, u: &[f64]) -> Result<()> {
     if problem.floating.is_some() {
         return Err(refusal(
-            "a part of the domain has no Dirichlet face, and there the flux has no balance of its own",
+            "a part of the domain has no Dirichlet face, and there the flux is not in equilibrium by itself",
             "hold each part by Γ_D",
         ));
     }

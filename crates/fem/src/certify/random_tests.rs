@@ -556,7 +556,7 @@ fn bounds_of_random_scenes_are_sharp() {
 /// `FACEOFF_SEED` asks for other scenes than the usual, `FACEOFF_SCENES` for that many times as many, as `tests/run --all` does.
 fn asked_for() -> (u64, u64) {
     let number = |name: &str, usual: u64| {
-        std::env::var(name).map_or(usual, |text| text.parse().expect("a whole number"))
+        std::env::var(name).map_or(usual, |text| text.parse().expect("an integer"))
     };
     (number("FACEOFF_SEED", 1), number("FACEOFF_SCENES", 1))
 }

@@ -273,7 +273,7 @@ fn bounds_hold_in_space() {
                 // r^(3/2) by its angle, which jumps where that turns over.
                 Err(Error::Certificate { because, .. }) => {
                     println!("{name:24} {method:6} {because}");
-                    assert!(because.contains("beside Γ_D"), "{name}: {because}");
+                    assert!(because.contains("next to Γ_D"), "{name}: {because}");
                 }
                 Err(other) => panic!("{name}: {other}"),
             }

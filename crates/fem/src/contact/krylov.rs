@@ -97,7 +97,7 @@ impl<'a> Krylov<'a> {
         let space = &problem.space;
         let Some(choice) = choice(&scheme) else {
             return Err(Error::usage(
-                "iterations do not solve this scene: parts of its domain are held by contact alone, and they need Γ_D",
+                "iterations do not solve this scene: parts of its domain are constrained only by contact, and iterations need Γ_D",
                 "use --linear auto",
             ));
         };

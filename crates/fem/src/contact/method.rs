@@ -128,7 +128,7 @@ impl FromStr for Method {
                     let value = parameter.trim().parse().ok();
                     value
                         .filter(|v: &f64| *v > 0.0 && v.is_finite())
-                        .ok_or_else(|| format!("{text}: `{parameter}` is no positive number"))?
+                        .ok_or_else(|| format!("{text}: `{parameter}` is not a positive number"))?
                 }
             };
             return Ok(Method {

@@ -204,8 +204,8 @@ pub(super) fn parse(
                 Some(folder) if !anywhere && beneath(folder, name).is_none() => {
                     return Err(refuse(
                         "mesh.file",
-                        format!("`{name}` lies outside the scene's folder"),
-                        "put the mesh beside the scene, or say --allow-outside if you trust the scene",
+                        format!("`{name}` is outside the scene's folder"),
+                        "put the mesh next to the scene, or give --allow-outside if you trust the scene",
                     ));
                 }
                 Some(folder) => MeshSource::File {
@@ -343,7 +343,7 @@ fn bounds(given: CompareFile, refuse: &impl Fn(&str, String, &str) -> Error) -> 
             if let Some(value) = value.filter(|v| !(*v >= 0.0 && v.is_finite())) {
                 return Err(refuse(
                     &format!("{place}.{key}"),
-                    format!("{value} is no tolerance"),
+                    format!("{value} is not a tolerance"),
                     "give a finite number of at least 0",
                 ));
             }
@@ -468,7 +468,7 @@ f = "x"
         let other = with("[exact]\nreference = \"one-zone\"");
         assert!(other.contains("f is not that of `one-zone`"), "{other}");
         let negative = with("[compare.fields.u]\nrtol = -1");
-        assert!(negative.contains("compare.fields.u.rtol: -1 is no tolerance"));
+        assert!(negative.contains("compare.fields.u.rtol: -1 is not a tolerance"));
         assert!(with("[compare]\natol = inf").contains("compare.atol"));
         assert!(with("[compare]\nu = 1").contains("unknown field `u`"));
         assert!(with("[method]\nload_quadrature = \"hammer-4\"").contains("radon-7"));

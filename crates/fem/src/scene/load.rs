@@ -71,7 +71,7 @@ impl Scene {
                 ),
                 _ => (
                     format!("the scene is 3D, and mesh {name} has no tetrahedra"),
-                    "mesh the volume: a surface alone does not do",
+                    "mesh the volume: a surface is not enough",
                 ),
             };
             return Err(Error::Scene {
@@ -155,7 +155,7 @@ impl Scene {
             (Some(_), None) => {
                 return Err(refuse(
                     format!("the scene does not say what n its mesh {name} counts as"),
-                    "set n beside `file`, or leave --n away".into(),
+                    "set n next to `file`, or omit --n".into(),
                 ));
             }
         };

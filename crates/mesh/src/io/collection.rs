@@ -47,7 +47,7 @@ pub(super) fn by_time(path: &Path) -> Result<(Vec<Listed>, bool)> {
                 .filter(|t: &f64| t.is_finite())
                 .ok_or_else(|| {
                     let remedy = "write the list again, or give a .vtu file that it lists";
-                    Error::whole(path, format!("{text:?} is no time"), remedy)
+                    Error::whole(path, format!("{text:?} is not a time"), remedy)
                 })?,
         };
         entries.push((time, file));
@@ -140,7 +140,11 @@ fn entries_of(path: &Path, bytes: &[u8]) -> Result<Vec<(Option<String>, PathBuf)
         let name = element.exact(key);
         let name = name.ok_or_else(|| refuse("an entry does not name its file".into()))?;
         let file = file::beneath(&path.with_file_name(""), name);
-        let outside = || refuse(format!("{name:?} is not beside or below this file"));
+        let outside = || {
+            refuse(format!(
+                "{name:?} is not in the folder of this file or below it"
+            ))
+        };
         let time = element.exact("timestep").map(str::to_owned);
         files.push((time, file.ok_or_else(outside)?));
     }
@@ -223,8 +227,8 @@ mod tests {
         for (entries, part) in [
             (String::new(), "it lists 0 files"),
             (entry("a.vtu") + &entry("b.vtu"), "it lists 2 files: "),
-            (entry("../a.vtu"), "not beside or below"),
-            (entry("/etc/a.vtu"), "not beside or below"),
+            (entry("../a.vtu"), "not in the folder of this file"),
+            (entry("/etc/a.vtu"), "not in the folder of this file"),
             ("<DataSet/>".into(), "does not name its file"),
             ("<DataSet".into(), "not well-formed"),
         ] {

@@ -87,7 +87,7 @@ fn table(path: &Path, bytes: &[u8]) -> Result<DofTable> {
             return Err(refuse(1, format!("the column `{name}` is not known")));
         };
         if column[known].replace(k).is_some() {
-            return Err(refuse(1, format!("the column `{name}` is there twice")));
+            return Err(refuse(1, format!("the column `{name}` occurs twice")));
         }
     }
     let [field, component, x, y, z, dx, dy, dz, value] = column;
@@ -209,7 +209,7 @@ mod tests {
         for (text, told) in [
             ("y,z\n0,0\n", "no column `x`"),
             ("x,colour\n0,0\n", ":1: the column `colour` is not known"),
-            ("x,x\n0,0\n", "`x` is there twice"),
+            ("x,x\n0,0\n", "`x` occurs twice"),
             (
                 "x,y\n0,0\n1,nan\n",
                 ":3: `nan` in column `y` is not a finite number",

@@ -53,7 +53,7 @@ pub fn read_vector(path: &Path) -> Result<Vec<f64>> {
     if columns != 1 && rows != 1 {
         let what =
             format!("a vector has one column, and this has {rows} rows and {columns} columns");
-        return Err(Scan::new(path, &data).error_with(what, "write the right-hand side alone"));
+        return Err(Scan::new(path, &data).error_with(what, "write only the right-hand side"));
     }
     let mut all = vec![0.0; rows.max(columns)];
     for (row, column, value) in found.entries {

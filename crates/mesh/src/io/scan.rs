@@ -272,7 +272,7 @@ impl<'a> Scan<'a> {
         }
         if self.pos == start || overflow || !self.at_word_end() {
             self.pos = start;
-            return Err(self.error(format!("expected a whole number, found {}", self.shown())));
+            return Err(self.error(format!("expected an integer, found {}", self.shown())));
         }
         Ok(value)
     }
@@ -293,7 +293,7 @@ impl<'a> Scan<'a> {
         self.pos += 1;
         if !self.data.get(self.pos).is_some_and(u8::is_ascii_digit) {
             self.pos = start;
-            return Err(self.error(format!("expected a whole number, found {}", self.shown())));
+            return Err(self.error(format!("expected an integer, found {}", self.shown())));
         }
         let value =
             i64::try_from(self.ascii_uint()?).map_err(|_| self.error("a number is too large"))?;

@@ -335,6 +335,6 @@ mod tests {
         let error = list(&(entry("x", "a.vtu") + &entry("1", "b.vtu")))
             .unwrap_err()
             .to_string();
-        assert!(error.contains("\"x\" is no time"), "{error}");
+        assert!(error.contains("\"x\" is not a time"), "{error}");
     }
 }

@@ -84,7 +84,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                 .split_whitespace()
                 .next()
                 .and_then(|word| word.parse::<u64>().ok());
-            first.ok_or_else(|| scan.error(format!("expected a whole number, found {value:?}")))
+            first.ok_or_else(|| scan.error(format!("expected an integer, found {value:?}")))
         };
         let zone = zones.len() - 1;
         match key.as_str() {
@@ -252,7 +252,7 @@ fn write(job: Job<'_>) -> Result<Vec<String>> {
     );
     losses.lose_some(
         mesh.groups.len() - markers.len(),
-        "groups that are no sides of the mesh",
+        "groups that are not sides of the mesh",
     );
     for field in &mesh.fields {
         losses.lose_field(&field.name, field.on);

@@ -268,7 +268,7 @@ fn g_above_the_obstacle_between_vertices_is_refused() {
     }
 }
 
-/// Jumps inside the cells beside Γ_D, and on Γ_D alone, where the formula is another function within.
+/// Jumps inside the cells next to Γ_D, and on Γ_D alone, where the formula is another function within.
 #[test]
 fn what_may_jump_is_refused() {
     for g in ["if(x<0.3,0,1)*x^2", "if(z<1,x^2,x^2+1)", "max(0,x-0.3)^0.5"] {

@@ -191,7 +191,7 @@ impl Building<'_> {
         if numbers.len() == 0 {
             return Err(self.scan.error_with(
                 "the file has no nodes",
-                "give the file with the mesh, or put what it includes beside it",
+                "give the file with the mesh, or put the included files next to it",
             ));
         }
         self.builder.finish_points(self.scan, numbers)
@@ -365,7 +365,7 @@ impl Building<'_> {
             self.unread.push(Unread::new(
                 &surface.name,
                 format!(
-                    "{lost} members of the surface {:?}, which are no sides of elements",
+                    "{lost} members of the surface {:?}, which are not sides of elements",
                     surface.name
                 ),
             ));

@@ -190,5 +190,5 @@ fn real(row: &Scan<'_>, text: &str) -> Result<f64> {
 
 fn whole(row: &Scan<'_>, text: &str) -> Result<u64> {
     text.parse()
-        .map_err(|_| row.error(format!("expected a whole number, found {text:?}")))
+        .map_err(|_| row.error(format!("expected an integer, found {text:?}")))
 }

@@ -104,7 +104,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         unread.push(Unread::new(
             "keywords",
             format!(
-                "the keywords {}, which are no part of a mesh",
+                "the keywords {}, which are not part of a mesh",
                 words.join(", ")
             ),
         ));

@@ -338,7 +338,7 @@ impl Reader {
             return Ok(true);
         }
         let numbers = numbers.integers();
-        let numbers = numbers.ok_or_else(|| section.refuse("it does not hold whole numbers"))?;
+        let numbers = numbers.ok_or_else(|| section.refuse("it does not contain integers"))?;
         let mut rest = &numbers[..];
         // Consecutive cells of one kind.
         let mut runs: Vec<(CellKind, Vec<i64>)> = Vec::new();

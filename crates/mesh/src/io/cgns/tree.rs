@@ -96,7 +96,7 @@ impl<'a> Node<'a> {
     pub fn integers(&self) -> Result<Vec<i64>> {
         let numbers = self.raw()?.map(|numbers| numbers.integers());
         let numbers = numbers.unwrap_or(Some(Vec::new()));
-        numbers.ok_or_else(|| self.refuse("it does not hold whole numbers"))
+        numbers.ok_or_else(|| self.refuse("it does not contain integers"))
     }
 
     /// The texts of `width` bytes in this node; one of all bytes if it is 0.
@@ -120,7 +120,7 @@ impl<'a> Node<'a> {
         Ok(bytes.chunks(width).map(text).collect())
     }
 
-    /// Adds the numbers of this node and of those below that nobody has read, and links; of a name that is there already the
+    /// Adds the numbers of this node and of those below that nobody has read, and links; of a name that already exists the
     /// reader has told why. `at` is where it is.
     pub fn unread(&self, at: &str, unread: &mut Vec<Unread>) -> Result<()> {
         cancel::check()?;

@@ -113,7 +113,7 @@ impl Reader<'_> {
         let numbers = self.file.raw(name, None)?.map(|numbers| {
             let what = || {
                 self.file
-                    .refuse(format!("{name} does not hold whole numbers"))
+                    .refuse(format!("{name} does not contain integers"))
             };
             numbers.integers().ok_or_else(what)
         });

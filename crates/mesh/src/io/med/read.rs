@@ -112,7 +112,7 @@ fn whole_numbers(data: &Data) -> Result<Vec<i64>> {
 }
 
 fn not_whole(data: &Data) -> crate::Error {
-    data.refuse("it does not hold whole numbers")
+    data.refuse("it does not contain integers")
 }
 
 /// The families of so many points or cells, numbered from `first` on; 0 where none is given.

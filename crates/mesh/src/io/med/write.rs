@@ -265,7 +265,7 @@ fn write_fields<'a>(
             .is_none_or(|other| other.components == field.components);
         if seen.contains(&key) || name.len() > 64 || !same_width {
             losses.lose(format!(
-                "the field {:?} on {}, whose name is there or too long",
+                "the field {:?} on {}, whose name exists or is too long",
                 field.name, field.on
             ));
             continue;

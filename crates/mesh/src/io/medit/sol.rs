@@ -59,7 +59,7 @@ fn values(sections: &mut Sections<'_>, kind: Option<CellKind>, mesh: &Mesh) -> R
     if at.len() != count {
         return Err(scan.error_with(
             format!("there are {count} rows, and {} items in the mesh", at.len()),
-            "put the mesh of these values beside them, under the same name",
+            "put the mesh of these values into the same folder, under the same name",
         ));
     }
     let declared = u64::try_from(scan.i32()?).unwrap_or(u64::MAX);

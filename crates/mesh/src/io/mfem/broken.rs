@@ -97,7 +97,7 @@ pub fn broken(
     for element in boundary {
         let side = sides.get(&sorted(&element.vertices));
         let side =
-            side.ok_or_else(|| scan.error("a part of the boundary is no side of an element"))?;
+            side.ok_or_else(|| scan.error("a part of the boundary is not a side of an element"))?;
         let kind = if order == 2 {
             element.kinds.1
         } else {

@@ -151,7 +151,7 @@ fn head(scan: &mut Scan<'_>, unread: &mut Vec<Unread>) -> Result<FieldHead> {
     }
     let reals = scan.count("numbers", 2)?;
     let reals: Vec<f64> = (0..reals).map(|_| scan.f64()).collect::<Result<_>>()?;
-    let integers = scan.count("whole numbers", 2)?;
+    let integers = scan.count("integers", 2)?;
     let integers: Vec<i32> = (0..integers).map(|_| scan.i32()).collect::<Result<_>>()?;
     let &[step, components, rows, ref more @ ..] = integers.as_slice() else {
         return Err(scan.error("step, number of components and number of rows are missing"));

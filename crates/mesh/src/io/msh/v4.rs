@@ -87,7 +87,7 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         let (dim, entity, number) = block_head(scan, layout)?;
         let kind = CellKind::from_gmsh(number).ok_or_else(|| unknown_type(scan, number))?;
         if kind.dim() != dim {
-            return Err(scan.error(format!("a {kind} lies on an entity of dimension {dim}")));
+            return Err(scan.error(format!("a {kind} belongs to an entity of dimension {dim}")));
         }
         let width = scan.least(2, if layout == Layout::V41 { 8 } else { 4 });
         let row = kind.points() + 1;

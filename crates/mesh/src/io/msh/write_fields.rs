@@ -45,7 +45,7 @@ impl Writer<'_> {
         };
         if inexact {
             losses.lose(format!(
-                "the 64-bit whole numbers of field {:?} exactly",
+                "the 64-bit integers of field {:?} exactly",
                 field.name
             ));
         }

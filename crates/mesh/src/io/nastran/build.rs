@@ -52,7 +52,7 @@ impl Reader {
         if self.numbers.is_empty() {
             return Err(scan.error_with(
                 "the file has no GRID",
-                "give the file with the mesh, or put what it includes beside it",
+                "give the file with the mesh, or put the included files next to it",
             ));
         }
         let mut builder = Builder::default();

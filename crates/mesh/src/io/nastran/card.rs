@@ -45,9 +45,7 @@ impl Card<'_> {
     pub fn whole(&self, place: usize) -> Result<u64> {
         match self.field(place) {
             "" => Ok(0),
-            text => text
-                .parse()
-                .map_err(|_| self.refuse(text, "a whole number")),
+            text => text.parse().map_err(|_| self.refuse(text, "an integer")),
         }
     }
 

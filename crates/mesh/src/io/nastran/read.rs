@@ -58,7 +58,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             skip = start;
             reader
                 .warnings
-                .push("what stands before BEGIN BULK was skipped".into());
+                .push("the lines before BEGIN BULK were skipped".into());
             break;
         }
     }

@@ -78,7 +78,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                     let mut number = Scan::new(path, number);
                     let number = number
                         .int()
-                        .map_err(|_| row.error("a corner is no number"))?;
+                        .map_err(|_| row.error("a corner is not a number"))?;
                     // Negative numbers count back from the last point.
                     corners.push(if number < 0 {
                         count + number

@@ -86,7 +86,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                 .find(|(known, _)| *known == name)
                 .map(|(_, of)| *of)
         };
-        let unknown = || row.error(format!("{text:?} is no line of a head"));
+        let unknown = || row.error(format!("{text:?} is not a line of a header"));
         match words.as_slice() {
             ["end_header"] => break,
             ["format", "ascii", _] => encoding = "ascii",

@@ -92,7 +92,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             b"" | b"facet" | b"outer" | b"endloop" => {}
             _ => {
                 return Err(row.error(format!(
-                    "{:?} is no word of this format",
+                    "{:?} is not a keyword of this format",
                     String::from_utf8_lossy(&word)
                 )));
             }

@@ -156,7 +156,7 @@ fn result(out: &mut Out, mesh: &Mesh, field: &Field, losses: &mut Losses) {
     let values = field.values.to_f64();
     if values.iter().any(|value| !value.is_finite()) {
         return losses.lose(format!(
-            "the field {:?}, which has values that are no numbers",
+            "the field {:?}, which has values that are not numbers",
             field.name
         ));
     }

@@ -77,7 +77,7 @@ impl Reader<'_> {
             }
         }
         let Some((_, tuples)) = self.on else {
-            return Err(start.error("it stands before POINT_DATA and CELL_DATA"));
+            return Err(start.error("it comes before POINT_DATA and CELL_DATA"));
         };
         let values = if keyword == "COLOR_SCALARS" {
             Some(self.colours(tuples, components)?)

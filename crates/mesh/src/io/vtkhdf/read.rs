@@ -51,7 +51,7 @@ fn open(path: &Path, bytes: &[u8]) -> Result<Reader> {
     let kind = root.text("Type").unwrap_or_default();
     if !["UnstructuredGrid", "PolyData"].contains(&kind.as_str()) {
         return Err(root.refuse(format!(
-            "data of VTK of the type {kind:?} are not read: grids and polygonal data alone"
+            "data of VTK of the type {kind:?} are not read: only grids and polygonal data"
         )));
     }
     Ok(Reader {
@@ -164,8 +164,7 @@ impl Reader {
 
     /// The numbers of a data set that are no less than 0.
     fn counts(&self, data: &Data, values: &Values) -> Result<Vec<usize>> {
-        let numbers =
-            to_i64(values).ok_or_else(|| data.refuse("it does not hold whole numbers"))?;
+        let numbers = to_i64(values).ok_or_else(|| data.refuse("it does not contain integers"))?;
         let counts = numbers
             .into_iter()
             .map(|n| usize::try_from(n).ok().filter(|&n| n <= u32::MAX as usize));

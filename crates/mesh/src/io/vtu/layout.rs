@@ -273,7 +273,7 @@ impl<'a> FileArrays<'a> {
     fn groups(&mut self, mesh: &Mesh) {
         let used: HashSet<i64> = mesh.groups.iter().map(|group| group.tag).collect();
         let none = (0..).map(|i: i64| -i).find(|tag| !used.contains(tag));
-        let none = none.expect("invariant: there are fewer groups than whole numbers");
+        let none = none.expect("invariant: there are fewer groups than integers");
         let groups = CellGroups::new(mesh);
         let components = groups.sets.iter().map(Vec::len).max().unwrap_or(0).max(1);
         let tag = |group: &u32| {

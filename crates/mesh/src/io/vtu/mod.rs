@@ -234,13 +234,13 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
     for tag in &document.pieces {
         let refuse = |what: String| {
             let place = Place::SectionByte("<Piece>".into(), tag.byte);
-            let remedy = "a .pvtu file only lists pieces: put them beside it, or read a piece, which is a .vtu file, by itself";
+            let remedy = "a .pvtu file only lists pieces: put them next to it, or read a piece, which is a .vtu file, by itself";
             Error::file(path, place, what, remedy)
         };
         let source = tag.source.as_deref().unwrap_or_default();
         let Some(piece_path) = file::beneath(&path.with_file_name(""), source) else {
             return Err(refuse(format!(
-                "the piece {source:?} is not beside or below this file"
+                "the piece {source:?} is not in the folder of this file or below it"
             )));
         };
         if !seen.insert(source) {

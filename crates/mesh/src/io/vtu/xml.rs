@@ -220,7 +220,7 @@ fn document<'a>(tree: &Tree<'a>, end: u64, goes_on: bool) -> Result<Document<'a>
     for (k, root) in tree.inside(whole).enumerate() {
         let name = &root.name;
         if k > 0 || name != "VTKFile" {
-            return Err(root.fault(format!("<{name}> stands where one <VTKFile> is expected")));
+            return Err(root.fault(format!("<{name}> is found where one <VTKFile> is expected")));
         }
         root.check()?;
         document.file(root)?;

@@ -84,7 +84,7 @@ impl<'a> Items<'a> {
         let element = self.tree.at(item);
         let dimensions = element.get("Dimensions").unwrap_or_default();
         let shape: Vec<usize> = whole_numbers(dimensions)
-            .ok_or_else(|| self.refuse(format!("the dimensions {dimensions:?} are no numbers")))?;
+            .ok_or_else(|| self.refuse(format!("the dimensions {dimensions:?} are not numbers")))?;
         let kind = element
             .get("ItemType")
             .unwrap_or("Uniform")
@@ -223,7 +223,7 @@ impl<'a> Items<'a> {
             for word in words {
                 numbers.push(
                     fast_float2::parse(word)
-                        .map_err(|_| self.refuse(format!("{word:?} is no number")))?,
+                        .map_err(|_| self.refuse(format!("{word:?} is not a number")))?,
                 );
             }
             return Ok(match size {
@@ -241,8 +241,7 @@ impl<'a> Items<'a> {
                     .filter(|n| n.fract() == 0.0)
                     .map(|n| n as i64)
             });
-            numbers
-                .push(number.ok_or_else(|| self.refuse(format!("{word:?} is no whole number")))?);
+            numbers.push(number.ok_or_else(|| self.refuse(format!("{word:?} is not an integer")))?);
         }
         Ok(Values::I64(numbers.into()))
     }
@@ -304,11 +303,14 @@ impl<'a> Items<'a> {
             .ok()
             .and_then(Path::to_str);
         let path = file::beneath(&folder, inner.unwrap_or(name));
-        let path =
-            path.ok_or_else(|| self.refuse(format!("{name:?} is not beside or below this file")))?;
+        let path = path.ok_or_else(|| {
+            self.refuse(format!(
+                "{name:?} is not in the folder of this file or below it"
+            ))
+        })?;
         let bytes = bytes::read(&path).map_err(|error| {
             let what = format!("its data are in {name:?}, which cannot be read: {error}");
-            Error::whole(self.path, what, "put that file beside this one")
+            Error::whole(self.path, what, "put that file next to this one")
         })?;
         Ok((path, bytes))
     }

@@ -65,7 +65,7 @@ fn structured_grids_slabs_and_bytes_are_read() {
         (
             "<DataItem Dimensions=\"3 2\">",
             "<DataItem Format=\"HDF\">../x.h5:/a",
-            "not beside or below",
+            "not in the folder of this file",
         ),
         ("</Grid>", "", "not well-formed"),
     ] {

@@ -66,7 +66,7 @@ pub fn structure(items: &Items<'_>, topology: Option<usize>) -> Result<Option<Ve
     let counts = counts.filter(|counts| [1, 2, 3].contains(&counts.len()));
     counts.map(Some).ok_or_else(|| {
         items.refuse(format!(
-            "the dimensions {text:?} of a structured grid are no numbers"
+            "the dimensions {text:?} of a structured grid are not numbers"
         ))
     })
 }
@@ -192,7 +192,7 @@ pub fn cells(
     let base = element.get("BaseOffset").unwrap_or("0");
     let base: u32 = base.trim().parse().map_err(|_| {
         items.refuse(format!(
-            "the BaseOffset {base:?} is no number of a first node"
+            "the BaseOffset {base:?} is not the number of a first node"
         ))
     })?;
     let read = |kind: CellKind, numbers: &RawNumbers<'_>| {
@@ -224,7 +224,7 @@ pub fn cells(
     let item = items.only(topology)?;
     let integers = || {
         let numbers = item.numbers.integers();
-        numbers.ok_or_else(|| items.refuse("nodes of cells are no whole numbers"))
+        numbers.ok_or_else(|| items.refuse("nodes of cells are not integers"))
     };
     let lookup = |kind: &str| {
         let is = |name: &&str| name.eq_ignore_ascii_case(kind);

@@ -22,7 +22,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let stem = stem.filter(|_| !out::is_special(path));
     let stem = stem.ok_or_else(|| {
         Error::usage(
-            "XDMF is two files, of which one lies beside the other",
+            "XDMF is two files in the same folder",
             "give the name of a file",
         )
     })?;
@@ -58,7 +58,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
         }
     }
     if !whole_mesh {
-        losses.lose_some(mesh.groups.len(), "groups beside such cells");
+        losses.lose_some(mesh.groups.len(), "groups together with such cells");
     }
     losses.note_gmsh(mesh);
     let mut file = Folder::default();

@@ -70,7 +70,7 @@ impl Triangulation {
                                 "the marked face {nodes:?} of group {} is a face of no cell",
                                 group.tag
                             ),
-                            "remove orphan lines or triangles, or mesh the domain beside them",
+                            "remove orphan lines or triangles, or mesh the domain next to them",
                         ));
                     }
                 }

@@ -40,7 +40,7 @@ pub(super) fn face(
         (k < lists.len()).then(|| lists.face(k, points))
     };
     let found = faces.iter().find_map(of_section);
-    found.unwrap_or_else(|| Err(format!("there is no face of the number {number}")))
+    found.unwrap_or_else(|| Err(format!("there is no face with the number {number}")))
 }
 
 /// The lists of a section, each with its length before it or, since CGNS 4, where they begin given apart.

@@ -146,7 +146,7 @@ impl Reader<'_> {
             return Ok(());
         };
         let tags = self.items.only(attribute)?.numbers.integers();
-        let tags = tags.ok_or_else(|| self.refuse(grid, "its tags are no whole numbers"))?;
+        let tags = tags.ok_or_else(|| self.refuse(grid, "its tags are not integers"))?;
         let blocks = topology::cells(self.items, topology, None, points.len(), points.start)?;
         let cells: Vec<_> = blocks
             .iter()
