@@ -19,7 +19,7 @@ use faceoff_fem::scene::{MeshSource, Scene};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
-/// A γ₀ that is given in place of the scene's.
+/// A γ₀ that is given instead of the scene's.
 pub(super) fn gamma0(method: &Method, gamma0: f64) -> Result<f64> {
     if !method.is_nitsche() {
         return Err(Error::usage(

@@ -64,7 +64,7 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
     }
     for word in command {
         found.named(word);
-        // What a shell is told to write into is no part of what it reads.
+        // What a shell is told to write into is not a part of what it reads.
         let mut is_written = false;
         for part in word.split_inclusive(|c| BETWEEN.contains(c)) {
             let name = part.trim_end_matches(|c| BETWEEN.contains(c));
@@ -100,7 +100,7 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
             let path = path.canonicalize().unwrap_or(path);
             let name = path.strip_prefix(home).unwrap_or(&path);
             let name = name.display().to_string();
-            // What the command names in another way is no data beside it.
+            // What the command names in another way is not data next to it.
             if files.contains_key(&name) {
                 continue;
             }

@@ -304,7 +304,7 @@ impl Folder {
         if lock.try_lock().is_err() {
             return Err(refuse("is in use by another run"));
         }
-        // What an earlier run left here must not pass for an answer of this one; what is no job
+        // What an earlier run left here must not pass for an answer of this one; what is not a job
         // folder is somebody's work.
         let mut entries = fs::read_dir(&folder).map_err(Error::io(&folder, "read"))?;
         if !is_new && entries.next().is_some() {

@@ -424,7 +424,7 @@ impl Script {
         Ok(place.join(name))
     }
 
-    /// A pattern whose files are no links, which would lead to what it has not written.
+    /// A pattern whose files are not links, which would lead to what it has not written.
     fn unlinked(&self, pattern: PathBuf) -> Result<PathBuf> {
         let name = pattern.file_name().unwrap_or_default().to_string_lossy();
         let entries = pattern.parent().and_then(|folder| folder.read_dir().ok());
@@ -502,7 +502,7 @@ fn older(folder: &Path, begun: SystemTime) -> Option<PathBuf> {
                 folders.push(entry.path());
                 continue;
             }
-            // A date after the beginning is no duration before it.
+            // A date after the beginning is not a duration before it.
             let before = found.modified().map(|at| begun.duration_since(at));
             if before.is_ok_and(|before| before.is_ok_and(|by| by > DATED)) {
                 return Some(entry.path());

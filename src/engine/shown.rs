@@ -206,7 +206,7 @@ fn exposes(real: &Path) -> Option<String> {
 }
 
 /// What a Python needs whose program is in the folder `own`: its environment, if it is of one, and the Python that it is made
-/// from. What says where that is may be a stranger's: it counts only where a Python is. None if it is no Python's.
+/// from. What says where that is may be a stranger's: it counts only where a Python is. None if it is not a Python's.
 fn of_python(own: &Path) -> Option<Vec<PathBuf>> {
     let prefix = own.parent()?;
     let mut needed = Vec::new();

@@ -257,7 +257,7 @@ impl<'a> Stiffness<'a> {
         let Some(kept) = self.weights.get() else {
             return self.weights_of(cell);
         };
-        // Of known lengths: to copy three numbers is no call.
+        // Of known lengths: to copy three numbers is not a call.
         match kept.as_chunks::<3>().0 {
             of_cells if self.pairs.len() == 3 => {
                 let [a, b, c] = of_cells[cell];

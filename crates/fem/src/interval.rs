@@ -43,7 +43,7 @@ impl Interval {
         }
     }
 
-    /// [low, high]; the whole line where one of them is no number.
+    /// [low, high]; the whole line where one of them is not a number.
     #[inline]
     pub fn new(low: f64, high: f64) -> Self {
         if low <= high {
@@ -524,7 +524,7 @@ impl Mul for Interval {
         ];
         let smaller = |a: f64, b: f64| if a < b { a } else { b };
         let larger = |a: f64, b: f64| if a > b { a } else { b };
-        // 0 ∞ is no number, and nothing is known then.
+        // 0 ∞ is not a number, and nothing is known then.
         if (all[0] + all[1] + (all[2] + all[3])).is_nan() {
             return Interval::WHOLE;
         }

@@ -255,7 +255,7 @@ impl Temporary {
         #[cfg(unix)]
         {
             static SWEPT: std::sync::Once = std::sync::Once::new();
-            // What cannot be removed is no reason to do nothing.
+            // What cannot be removed is not a reason to do nothing.
             SWEPT.call_once(|| drop(sweep(&place, new.path())));
         }
         Ok(new)

@@ -215,7 +215,7 @@ pub fn run_within(
     })
 }
 
-/// A log in place of what was there, also where that is a link.
+/// A log instead of what was there, also where that is a link.
 fn new_log(path: &Path) -> std::io::Result<File> {
     match fs::remove_file(path) {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(e),

@@ -146,7 +146,7 @@ const BYTES: f64 = 700.0;
 ///
 /// # Errors
 /// A scene without a certificate; a start that cannot be solved; what `progress` returns. An accuracy that
-/// cannot be reached is no error, nor is the end of the run after the first mesh: the best is returned with the reason.
+/// cannot be reached is not an error, nor is the end of the run after the first mesh: the best is returned with the reason.
 pub fn reach(
     scene: &Scene,
     wish: &Wish,

@@ -21,7 +21,7 @@ fn certificate(scene: &Scene, method: &str, n: usize) -> Result<Certificate> {
     certify(&problem, &u)
 }
 
-/// ‖∇u‖ is in its interval, which is no wider than this.
+/// ‖∇u‖ is in its interval, which is not wider than this.
 fn holds(found: &Certificate, truth: f64, width: f64) {
     let [low, high] = found.gradient;
     assert!(low <= truth && truth <= high, "[{low}, {high}] {truth}");
@@ -169,7 +169,7 @@ fn what_weights_are_off_is_in_the_load() {
     assert!(load.low <= 1.0 && load.high >= 2.0, "{load:?}");
 }
 
-/// (t, z) on faces of Γ_N holds what quadrature finds where t is no line.
+/// (t, z) on faces of Γ_N holds what quadrature finds where t is not a line.
 #[test]
 fn loads_of_faces_hold_what_is_no_line() {
     let scene = square("-1", "y^3", "0", "0");

@@ -48,7 +48,7 @@ pub(super) struct Along {
     /// p = p₀ + p₁ (x - x̄)
     p: [f64; 2],
     middle: f64,
-    /// |s|, √ of the mean of s², |r| at most: of |r| what is no spot, where |s| + |r| is no larger than `wave` either.
+    /// |s|, √ of the mean of s², |r| at most: of |r| what is not a spot, where |s| + |r| is no larger than `wave` either.
     wave: f64,
     swell: f64,
     error: f64,
@@ -67,7 +67,7 @@ const AT_ONCE: f64 = 64.0;
 const ORDER: f64 = 4.2;
 /// Along one axis this part of what was not known before is little enough.
 const LITTLE: f64 = 3e-4;
-/// p has a slope where the mean square of that is so many times that of s: σ is no gradient then, and (σ, τ) known less well.
+/// p has a slope where the mean square of that is so many times that of s: σ is not a gradient then, and (σ, τ) known less well.
 const STEEP: f64 = 10.0;
 /// A spot is no longer than this part of a side; where its ends are neighbours in f64 before that, than the other.
 const SPOT: f64 = 1.0 / (1_u64 << 40) as f64;

@@ -70,7 +70,7 @@ pub(super) fn patch(
     let waves = length(waves);
     let plain = above_of_product(scale, length(plain));
     if !tree.is_cut() || dim != 1 {
-        // What the mean differs from σ·n by is unknown as well, not oscillation: it is no function of mean 0.
+        // What the mean differs from σ·n by is unknown as well, not oscillation: it is not a function of mean 0.
         let off = tree.mean(|node| Interval::at(means[node as usize])) - flux;
         let worst = errors.iter().copied().fold(0.0, f64::max);
         let mean_error = if tree.is_cut() {

@@ -1,5 +1,5 @@
 //! Vector fields of degree 1 and 2 on a cell by about their values at points, with one bound for all rounding of a component
-//! in place of an interval each (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, ch. 3).
+//! instead of an interval each (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2002, ch. 3).
 
 use super::simplex::{EDGES, Simplex, Vector, ZERO};
 use crate::interval::Interval;

@@ -458,7 +458,7 @@ fn error(problem: &Problem, u: &[f64], exact: &Expression, made: &Made) -> f64 {
         let at = |lambda: &[f64; 4]| -> f64 {
             let of_exact = nalgebra::Vector3::from(exact.gradient(geometry.point(lambda)));
             let off = of_exact - combine(&space.gradients(&geometry, lambda), &local);
-            // The square of 1e-165 is no number.
+            // The square of 1e-165 is not a number.
             (off / made.scale).norm_squared()
         };
         let on = |piece: &Piece| -> f64 {

@@ -446,7 +446,7 @@ fn norms_with_a_carried_wave_are_those_of_the_fields() {
                     "{axis} cell {cell}: {of:?} {by}"
                 );
             };
-            // σ is no gradient where p has a slope, and (σ, τ) known less well.
+            // σ is not a gradient where p has a slope, and (σ, τ) known less well.
             let size = fields.balance(&simplex, cell).norm + distance;
             holds(
                 Interval::new(0.0, norms.parts.misfit),

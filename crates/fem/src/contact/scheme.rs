@@ -10,7 +10,7 @@
 //! ```
 //!
 //! With ψ + m and ∂ₙu - m/γ for ψ and ∂ₙu the right-hand side m_F becomes 0. Where all of F has one
-//! status γ is no part of it any more, and h_F, the height of κ over F, serves as well. The
+//! status γ is not a part of it any more, and h_F, the height of κ over F, serves as well. The
 //! corrected flux has m = 0 from the beginning. Every other law is solved as it stands.
 
 use std::borrow::Cow;

@@ -98,7 +98,7 @@ fn what_is_out_of_reach_is_called_rounding_or_not_reached_with_the_best_iterate(
                 problem.backward_error(&solution.u).0 < 1e-13,
                 "{name} {gamma0:e}"
             );
-            // Two steps are too few, and that is no convergence.
+            // Two steps are too few, and that is not convergence.
             let solution = solve(&problem, Iteration::Newton, never(2), |_, _| Ok(())).unwrap();
             assert_eq!(solution.ended, Ended::NotReached, "{name} {gamma0:e}");
             assert!(!solution.converged);

@@ -95,7 +95,7 @@ fn linear_solutions_are_exact() {
         data.t = formula("if(x < 0.5, -0.3, 0.3)");
         data.psi = formula("0.3*x - 2");
     });
-    // u = -1 - y: ∂ₙu = 1 on y = 0 is no contact solution; u = -1 with ∂ₙu = 0 is separated.
+    // u = -1 - y: ∂ₙu = 1 on y = 0 is not a contact solution; u = -1 with ∂ₙu = 0 is separated.
     let separated = scene(|data, _| {
         data.f = formula("0");
         data.g = formula("-1");

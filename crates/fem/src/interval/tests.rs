@@ -4,7 +4,7 @@ use super::*;
 use crate::sixty_digits::Big;
 use proptest::prelude::*;
 
-/// Numbers of all sizes, zeros, small whole numbers and ends of the range among them.
+/// Numbers of all sizes, zeros, small integers and ends of the range among them.
 fn number() -> impl Strategy<Value = f64> {
     prop_oneof![
         3 => -10.0..10.0,

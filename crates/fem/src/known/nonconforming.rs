@@ -185,7 +185,7 @@ mod tests {
                 (here.h1 / there.h1 - 1.0).abs() < 1e-3,
                 "{here:?} {there:?}"
             );
-            // On the coarse mesh the square of the error is no polynomial of degree 5.
+            // On the coarse mesh the square of the error is not a polynomial of degree 5.
             let room = if n == 8 { 3e-2 } else { 3e-3 };
             assert!(
                 (here.l2 / there.l2 - 1.0).abs() < room,

@@ -492,7 +492,7 @@ mod tests {
                 assert_eq!(matrix.at(i as usize, j as u32), a, "{i} {j}");
             }
         }
-        // (AᵀA) x = Aᵀ(A x), in whole numbers.
+        // (AᵀA) x = Aᵀ(A x), in integers.
         let x: Vec<f64> = (0..COLUMNS).map(|j| (j % 3) as f64).collect();
         let (mut ax, mut expected, mut found) =
             (vec![0.0; ROWS], vec![0.0; COLUMNS], vec![0.0; COLUMNS]);

@@ -23,7 +23,7 @@ use super::schur::Schur;
 const LARGEST_CONDITION: f64 = 1e15;
 /// Differences of entries below this fraction of the larger are rounding.
 const ROUNDING: f64 = 1e-12;
-/// A backward error beyond this is no solution.
+/// A backward error beyond this is not a solution.
 const LARGEST_ERROR: f64 = 1e-8;
 /// Refinement takes no more steps than this.
 const MOST_STEPS: usize = 5;

@@ -11,7 +11,7 @@ pub const WHOLE: Piece = [
     [0.0, 0.0, 0.0, 1.0],
 ];
 
-/// Both parts of what is cut at this share of its edge ij: that at corner i, with the point of the cut in place of j, and that
+/// Both parts of what is cut at this share of its edge ij: that at corner i, with the point of the cut instead of j, and that
 /// at j.
 pub fn cut(piece: &Piece, [i, j]: [usize; 2], at: f64) -> [Piece; 2] {
     let point = std::array::from_fn(|k| piece[i][k] + at * (piece[j][k] - piece[i][k]));

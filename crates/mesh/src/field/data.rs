@@ -97,7 +97,7 @@ pub fn same_bits(a: &Values, b: &Values) -> bool {
     }
 }
 
-/// The values as whole numbers; `None` for floats and for numbers beyond an `i64`.
+/// The values as integers; `None` for floats and for numbers beyond an `i64`.
 pub fn to_i64(values: &Values) -> Option<Vec<i64>> {
     fn widen<T: Copy + TryInto<i64>>(numbers: &[T]) -> Option<Vec<i64>> {
         numbers.iter().map(|&x| x.try_into().ok()).collect()

@@ -30,7 +30,7 @@ type Listed = (f64, Vec<PathBuf>);
 /// The files that a `.pvd` names, by their times, ascending, and whether it states any time.
 ///
 /// # Errors
-/// A list that cannot be read, or whose times are no numbers.
+/// A list that cannot be read, or whose times are not numbers.
 pub(super) fn by_time(path: &Path) -> Result<(Vec<Listed>, bool)> {
     let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
     let mut entries = Vec::new();

@@ -87,7 +87,7 @@ impl Sets {
     /// Adds all faces as cells.
     ///
     /// # Errors
-    /// One is no polygon of these points.
+    /// One is not a polygon of these points.
     pub fn polygons(&mut self, faces: &Lists, points: &Range<u32>) -> Result<(), String> {
         let first = self.mesh.blocks.len();
         for k in 0..faces.len() {

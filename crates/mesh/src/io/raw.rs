@@ -31,7 +31,7 @@ pub struct Nodes<'o> {
 }
 
 impl RawNumbers<'_> {
-    /// The whole numbers; `None` for others.
+    /// The integers; `None` for others.
     pub fn integers(&self) -> Option<Vec<i64>> {
         match self.values() {
             Values::I64(numbers) => Some(numbers.into_vec()),
@@ -39,7 +39,7 @@ impl RawNumbers<'_> {
         }
     }
 
-    /// Runs of equal rows of so many whole numbers, and the numbers of each run; `None` for others.
+    /// Runs of equal rows of so many integers, and the numbers of each run; `None` for others.
     pub fn runs(&self, width: usize) -> Option<(Vec<Range<u32>>, Vec<i64>)> {
         let size = width * with_type!(self.type_name, T => T::WIDTH, 1);
         let runs = rows::runs(&self.bytes, size);
@@ -453,7 +453,7 @@ mod tests {
                 (inside(found.as_ptr().cast()), found.limit()),
                 (is_lent, Some(COUNT as u32))
             );
-            // A tenth of a file is no reason to keep it.
+            // A tenth of a file is not a reason to keep it.
             let few = RawNumbers {
                 bytes: (&at.bytes[..shift + 24 * COUNT / 10]).into(),
                 ..at

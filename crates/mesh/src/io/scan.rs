@@ -321,7 +321,7 @@ impl<'a> Scan<'a> {
         Ok(value)
     }
 
-    /// A 32-bit whole number.
+    /// A 32-bit integer.
     #[inline]
     pub fn i32(&mut self) -> Result<i32> {
         match self.numbers {
@@ -335,7 +335,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// A 64-bit whole number that is not negative.
+    /// A 64-bit integer that is not negative.
     #[inline]
     pub fn u64(&mut self) -> Result<u64> {
         match self.numbers {
@@ -377,7 +377,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// A whole number, of the width that the file has in binary.
+    /// An integer, of the width that the file has in binary.
     #[inline]
     pub fn int(&mut self) -> Result<i64> {
         match self.numbers {
@@ -388,7 +388,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// A whole number that is not negative, of the width that the file has in binary.
+    /// An integer that is not negative, of the width that the file has in binary.
     pub fn uint(&mut self) -> Result<u64> {
         let value = self.int()?;
         u64::try_from(value).map_err(|_| self.error(format!("{value} is negative")))
@@ -414,7 +414,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// The bytes of so many whole numbers and reals in binary.
+    /// The bytes of so many integers and reals in binary.
     pub fn row_bytes(&self, ints: usize, reals: usize) -> usize {
         ints * if self.wide { 8 } else { 4 } + reals * if self.single { 4 } else { 8 }
     }

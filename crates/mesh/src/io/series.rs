@@ -67,7 +67,7 @@ impl Series {
     /// interpreter of an environment that has meshio, for the formats that meshio reads.
     ///
     /// # Errors
-    /// A file or list that cannot be read, a pattern that no file matches, a time that is no number.
+    /// A file or list that cannot be read, a pattern that no file matches, a time that is not a number.
     pub fn open(path: &Path, python: Option<&Path>) -> Result<Self> {
         let of = |times: Vec<f64>, held| Series {
             path: path.to_owned(),

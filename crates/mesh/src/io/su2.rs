@@ -32,7 +32,7 @@ fn number(kind: CellKind) -> Option<u8> {
     vtk_type(kind).filter(|&number| self::kind(number.into()) == Some(kind))
 }
 
-/// Whether the first word that is no comment is one of the keywords that files start with.
+/// Whether the first word that is not a comment is one of the keywords that files start with.
 fn recognises(bytes: &[u8]) -> bool {
     let mut scan = Scan::with_comments(Path::new(""), bytes, b'%');
     let word = scan.word().unwrap_or_default();

@@ -87,7 +87,7 @@ const LABELS: usize = 1024;
 /// The numbers in the head: nodes, cells, numbers at each node, at each cell, for all.
 type Head = [usize; 5];
 
-/// Whether five whole numbers stand alone on the first line that is no comment, and a node on the next.
+/// Whether five integers stand alone on the first line that is not a comment, and a node on the next.
 fn is_text(bytes: &[u8]) -> bool {
     let mut scan = Scan::with_comments(Path::new(""), bytes, b'#');
     scan.skip_blanks();
@@ -291,7 +291,7 @@ fn text_fields(
     Ok(())
 }
 
-/// A file of binary32 and whole numbers of 32 bits.
+/// A file of binary32 and integers of 32 bits.
 fn binary(mut scan: Scan<'_>, head: Head, listed: usize, content: Content) -> Result<Content> {
     let [nodes, cells, at_nodes, at_cells, for_all] = head;
     let mut builder = Builder::default();

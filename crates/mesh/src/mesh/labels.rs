@@ -85,7 +85,7 @@ impl CellGroups {
     }
 }
 
-/// Runs of whole numbers, each one more than the one before, in an ascending list.
+/// Runs of integers, each one more than the one before, in an ascending list.
 fn consecutive(cells: &[u32]) -> impl Iterator<Item = Range<u32>> {
     let mut rest = cells;
     std::iter::from_fn(move || {

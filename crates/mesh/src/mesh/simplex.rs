@@ -157,7 +157,7 @@ pub struct Metric {
 
 impl Metric {
     /// In 2D |κ| ∇λ_i·∇λ_j = e_i·e_j / 4|κ| with e_i the edge opposite vertex i; in 3D the same with
-    /// the faces' normals in place of edges.
+    /// the faces' normals instead of edges.
     ///
     /// The products of a cell of measure zero are not finite.
     #[inline]

@@ -16,7 +16,7 @@ use crate::cancel;
 use crate::error::{Error, Result};
 pub use groups::FaceGroup;
 
-/// In place of the second cell of a boundary face.
+/// Instead of the second cell of a boundary face.
 pub const NONE: u32 = u32::MAX;
 
 /// Vertices, or cells, of one task.

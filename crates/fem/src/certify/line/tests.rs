@@ -249,7 +249,7 @@ fn moments_are_off_by_no_more_than_the_error() {
     }
 }
 
-/// What ∫ Φ²/w is at a tip for s off by as much as it may be is in the enclosure, which is no wider than that.
+/// What ∫ Φ²/w is at a tip for s off by as much as it may be is in the enclosure, which is not wider than that.
 #[test]
 fn tips_hold_what_s_may_be() {
     let coefficients = [0.3, -1.1, 0.7, 0.4, -0.2];

@@ -296,7 +296,7 @@ fn power(x: Interval, p: Interval, order: usize) -> Series {
     let mut binomial = Interval::ONE;
     let mut series = [Interval::ZERO; MOST + 1];
     for (k, term) in series.iter_mut().enumerate().take(order + 1) {
-        // Small whole numbers are exact, but p - k may round.
+        // Small integers are exact, but p - k may round.
         let exponent = p - Interval::at(k as f64);
         if !binomial.is_zero() {
             let power = if exponent.is_zero() {
@@ -395,7 +395,7 @@ fn series(function: Function, x: Interval, order: usize) -> Series {
                 _ => integral(x.acos(), slopes.map(|slope| -slope)),
             }
         }
-        // These are no functions of one argument with derivatives.
+        // These are not functions of one argument with derivatives.
         Function::Abs | Function::Atan2 | Function::Min | Function::Max => {
             [Interval::WHOLE; MOST + 1]
         }
@@ -539,7 +539,7 @@ mod tests {
         assert!(!at("abs(x)^0.501", [-0.1, 0.1]).slope(0).is_finite());
     }
 
-    /// 2π is no f64: the constant's interval holds it, and the rounded product is at its end.
+    /// 2π is not an f64: the constant's interval holds it, and the rounded product is at its end.
     #[test]
     fn constants_are_what_they_stand_for() {
         let two_pi = Expression::parse("2*pi").unwrap();

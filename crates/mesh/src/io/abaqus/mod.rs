@@ -22,7 +22,7 @@ pub static FORMAT: Native = Native {
     write: write::write,
 };
 
-/// Whether the first line that is no comment begins with an asterisk and a known keyword.
+/// Whether the first line that is not a comment begins with an asterisk and a known keyword.
 fn recognises(bytes: &[u8]) -> bool {
     let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
     let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"**"));

@@ -92,7 +92,7 @@ impl<'a> Node<'a> {
         Ok(self.raw()?.map(|numbers| numbers.values()))
     }
 
-    /// The whole numbers of this node.
+    /// The integers of this node.
     pub fn integers(&self) -> Result<Vec<i64>> {
         let numbers = self.raw()?.map(|numbers| numbers.integers());
         let numbers = numbers.unwrap_or(Some(Vec::new()));

@@ -108,7 +108,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
 }
 
 impl Reader<'_> {
-    /// The whole numbers of a variable; none if it is not there.
+    /// The integers of a variable; none if it is not there.
     fn integers(&self, name: &str) -> Result<Option<Vec<i64>>> {
         let numbers = self.file.raw(name, None)?.map(|numbers| {
             let what = || {

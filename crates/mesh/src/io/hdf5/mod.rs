@@ -129,7 +129,7 @@ impl About {
 /// Opens a file; its root.
 ///
 /// # Errors
-/// It is no HDF5 file, or a damaged one.
+/// It is not an HDF5 file, or a damaged one.
 pub fn open(path: &Path, bytes: &[u8]) -> Result<Group> {
     let left = PER_BYTE
         .saturating_mul(bytes.len() as u64)
@@ -248,7 +248,7 @@ impl Group {
         text(&self.attribute(name)?)
     }
 
-    /// The whole numbers of an attribute.
+    /// The integers of an attribute.
     pub fn integers(&self, name: &str) -> Option<Vec<i64>> {
         integers(&self.attribute(name)?)
     }

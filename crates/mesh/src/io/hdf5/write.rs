@@ -141,7 +141,7 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// Whole numbers of 32 or 64 bits.
+    /// Integers of 32 or 64 bits.
     pub fn integers(
         kind: Type,
         shape: Vec<usize>,
@@ -155,7 +155,7 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// Whole numbers of 32 or 64 bits in rows, of which many after one another are the same: the end of each run, and its row.
+    /// Integers of 32 or 64 bits in rows, of which many after one another are the same: the end of each run, and its row.
     pub fn runs(kind: Type, shape: Vec<usize>, runs: Vec<(u32, u32)>, rows: Vec<Vec<i64>>) -> Self {
         let (size, width) = (kind.size(), rows.first().map_or(1, Vec::len).max(1));
         Data::made(kind, shape, move |first, mut bytes| {
@@ -254,7 +254,7 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// One whole number.
+    /// One integer.
     pub fn integer(kind: Type, number: i64) -> Self {
         Data::integers(kind, Vec::new(), move |_| number)
     }

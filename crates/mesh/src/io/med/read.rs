@@ -129,7 +129,7 @@ fn families_of(group: &Group, first: u32, count: usize) -> Result<Runs> {
     Ok(cells.zip(families).collect())
 }
 
-/// The whole numbers of a data set, if it is there.
+/// The integers of a data set, if it is there.
 fn numbers_of(group: &Group, name: &str) -> Result<Option<Vec<i64>>> {
     group
         .data(name)?

@@ -2,7 +2,7 @@
 
 use crate::io::out::Out;
 
-/// A binary file of version 3: binary64, whole numbers of 32 bits, and 64 bits for where sections are.
+/// A binary file of version 3: binary64, integers of 32 bits, and 64 bits for where sections are.
 pub struct Binary<'o> {
     pub out: &'o mut Out,
     at: u64,

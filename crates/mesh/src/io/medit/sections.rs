@@ -188,7 +188,7 @@ impl<'a> Sections<'a> {
         Ok(())
     }
 
-    /// The declared number of rows of whole numbers and reals.
+    /// The declared number of rows of integers and reals.
     pub fn count(&mut self, of: &str, ints: usize, reals: usize) -> Result<usize> {
         let scan = &mut self.scan;
         let declared = scan.uint()?;

@@ -43,7 +43,7 @@ impl Raw {
                 }
                 "mfem_mesh_end" => break,
                 other => {
-                    // The tree of refinements is no part of the mesh.
+                    // The tree of refinements is not a part of the mesh.
                     raw.hanging |= other == "vertex_parents";
                     match other {
                         "root_state" | "coarse_elements" | "vertex_parents" => {

@@ -6,7 +6,7 @@ use crate::io::builder::Lookup;
 use crate::io::rows;
 use crate::io::scan::Numbers;
 
-/// A whole number that files store.
+/// An integer that files store.
 pub trait Word: Copy + PartialEq + Send + Sync {
     /// The number; negative ones become numbers that no item has.
     fn number(self, numbers: Numbers) -> u64;
@@ -29,7 +29,7 @@ impl Word for [u8; 8] {
     }
 }
 
-/// A whole number of 32 bits.
+/// An integer of 32 bits.
 #[inline]
 pub fn signed(word: [u8; 4], numbers: Numbers) -> i32 {
     match numbers {

@@ -129,7 +129,7 @@ struct FieldHead {
     rows: u64,
 }
 
-/// The tags before the values, which are text in binary files too: strings, numbers, whole numbers.
+/// The tags before the values, which are text in binary files too: strings, numbers, integers.
 fn head(scan: &mut Scan<'_>, unread: &mut Vec<Unread>) -> Result<FieldHead> {
     let numbers = std::mem::replace(&mut scan.numbers, Numbers::Ascii);
     let strings = scan.count("strings", 2)?;

@@ -156,7 +156,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// A 32-bit whole number, with a blank in ASCII.
+    /// A 32-bit integer, with a blank in ASCII.
     #[inline]
     pub fn i32(&mut self, value: i32) -> &mut Self {
         if self.binary {
@@ -167,7 +167,7 @@ impl<'a> Writer<'a> {
         self
     }
 
-    /// A 64-bit whole number, with a blank in ASCII.
+    /// A 64-bit integer, with a blank in ASCII.
     #[inline]
     pub fn u64(&mut self, value: u64) -> &mut Self {
         if self.binary {

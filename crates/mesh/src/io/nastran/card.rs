@@ -41,7 +41,7 @@ impl Card<'_> {
         self.fields.get(place).map_or("", String::as_str)
     }
 
-    /// A whole number; 0 where the field is empty.
+    /// An integer; 0 where the field is empty.
     pub fn whole(&self, place: usize) -> Result<u64> {
         match self.field(place) {
             "" => Ok(0),

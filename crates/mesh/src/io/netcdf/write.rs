@@ -74,7 +74,7 @@ impl<'a> Writer<'a> {
         });
     }
 
-    /// Whole numbers.
+    /// Integers.
     pub fn integers(
         &mut self,
         name: &str,

@@ -168,7 +168,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The whole numbers of a line.
+    /// The integers of a line.
     pub fn ints(&mut self) -> Result<Vec<i64>> {
         let mut row = self.line()?;
         let mut found = Vec::new();

@@ -162,7 +162,7 @@ impl Reader {
             .map_or(Vec::new(), |values| values.to_f64()))
     }
 
-    /// The numbers of a data set that are no less than 0.
+    /// The numbers of a data set that are not less than 0.
     fn counts(&self, data: &Data, values: &Values) -> Result<Vec<usize>> {
         let numbers = to_i64(values).ok_or_else(|| data.refuse("it does not contain integers"))?;
         let counts = numbers

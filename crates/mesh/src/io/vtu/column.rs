@@ -20,7 +20,7 @@ pub(crate) enum Column<'a> {
     Groups(GroupTags),
 }
 
-/// Bits of a whole number.
+/// Bits of an integer.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Width {
     Narrow,

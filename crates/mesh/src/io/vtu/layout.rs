@@ -170,7 +170,7 @@ fn topology(mesh: &Mesh) -> Result<Vec<Array<'_>>, String> {
 }
 
 /// Of each polyhedron its number of faces, and of each of these its number of corners and these; and where that ends for
-/// each cell, -1 for one that is no polyhedron. VTK 9.4 has four other arrays, but reads these, as all before it do.
+/// each cell, -1 for one that is not a polyhedron. VTK 9.4 has four other arrays, but reads these, as all before it do.
 fn faces(mesh: &Mesh) -> (Vec<i64>, Vec<i64>) {
     let (mut stream, mut ends) = (Vec::new(), Vec::with_capacity(mesh.cell_count()));
     let mut polyhedra = mesh.polyhedra.iter();

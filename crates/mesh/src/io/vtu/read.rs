@@ -239,7 +239,7 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// Whole numbers; what is negative, as VTK marks cells without faces, is beyond all.
+    /// Integers; what is negative, as VTK marks cells without faces, is beyond all.
     fn indices(&mut self, tag: &ArrayTag) -> Result<Vec<u64>> {
         let values = self.array(tag, Count::Any)?;
         let Some(numbers) = to_i64(&values) else {

@@ -356,7 +356,7 @@ impl<'a> Items<'a> {
     }
 }
 
-/// Whole numbers with blanks or commas between them.
+/// Integers with blanks or commas between them.
 fn whole_numbers(text: &str) -> Option<Vec<usize>> {
     let words = text
         .split([' ', ',', '\t', '\n', '\r'])

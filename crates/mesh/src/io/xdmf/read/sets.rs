@@ -115,7 +115,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Whether a grid gives whole numbers to cells of its own.
+    /// Whether a grid gives integers to cells of its own.
     pub(super) fn is_tags(&self, grid: &Grid) -> Result<bool> {
         let attributes = self.attributes_of(grid)?;
         let [one] = attributes[..] else {
