@@ -41,7 +41,7 @@ pub enum Side {
     Here(Box<Results>),
 }
 
-/// `faceoff compare` with `options` as one types them, of anything; what is left out is told.
+/// `faceoff compare` for any results, with `options` as on the command line; what was left out is reported.
 ///
 /// # Errors
 /// Those of the command.
@@ -211,8 +211,8 @@ impl<'a> Request<'a> {
         Ok(Found::Many(all))
     }
 
-    /// The i-th result of the first side against the second between two of its own; what is wrong with one time does not
-    /// keep others from being judged.
+    /// The i-th result of the first side against the second side, interpolated between two of its times; an error at one time does not
+    /// prevent others from being judged.
     fn step(
         &self,
         [a, b]: &mut [Series; 2],
@@ -537,7 +537,7 @@ fn given<T>(fields: &[OfField], what: impl Fn(&OfField) -> Option<T>) -> Vec<(St
         .collect()
 }
 
-/// What a scene allows; one that allows nothing of its own was not meant.
+/// The tolerances of a scene; a scene without tolerances is an error.
 fn scene_bounds(scene: Option<&Scene>) -> Result<Option<&Comparing>> {
     let Some(scene) = scene else { return Ok(None) };
     let bounds = scene.compare().ok_or_else(|| Error::Scene {

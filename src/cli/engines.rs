@@ -20,7 +20,7 @@ use faceoff_mesh::io;
 struct EngineState {
     engine: String,
     version: Option<String>,
-    /// What is to be said of a version that was not tested, or that finds no plugins.
+    /// The warning for a version that was not tested, or that finds no plugins.
     doubt: Option<String>,
     problem: Option<String>,
 }
@@ -48,19 +48,19 @@ impl Meshio {
     }
 }
 
-/// What `engines check` tells.
+/// The result of `engines check`.
 #[derive(Serialize)]
 struct Checked {
     engine: String,
     version: Option<String>,
     verdict: Verdict,
     findings: Vec<Finding>,
-    /// What is to be said of a version that was not tested, or that finds no plugins.
+    /// The warning for a version that was not tested, or that finds no plugins.
     #[serde(skip_serializing_if = "Option::is_none")]
     doubt: Option<String>,
 }
 
-/// What is to be said of a code that is here, and goes wrong in none of the checks.
+/// The warning for a code that is installed and passes all checks.
 fn doubt(name: &str, version: Option<&str>) -> Result<Option<String>> {
     let doubt = version.and_then(|version| engine::doubt(name, version));
     let lacks = match (name, version) {

@@ -61,7 +61,7 @@ pub(super) fn files(a: &Path, b: &Path, include: &[String], exclude: &[String]) 
             let mut listed = HashSet::new();
             for path in &results {
                 let file = folder.join(path);
-                // What is wrong with a list is told where it is read.
+                // Errors in a list are reported where it is read.
                 let sources = io::sources(&file).unwrap_or_default();
                 listed.extend(sources.into_iter().filter(|source| *source != file));
             }

@@ -22,7 +22,7 @@ pub(super) fn run(arguments: &Init) -> Result<u8> {
         return Err(Error::usage(what, "move it, or rename the mesh"));
     }
     save(&path, [scene(&file, &mesh)?.as_bytes()])?;
-    // What the guess does not satisfy, or the solver cannot take, is said at once.
+    // If the guess is not valid, or the solver cannot take it, a message follows immediately.
     let found = Scene::find(&shown).and_then(|scene| scene.parts(&scene.triangulation(None)?));
     if let Err(e) = found {
         note!("faceoff: {shown} is not complete: {e}");

@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments, to: &Output) -> Result<u8> {
     Ok(DONE)
 }
 
-/// Says what was written, and on standard error what did not come along.
+/// Prints what was written, and on standard error what was lost.
 fn done(written: &Written, inputs: Vec<PathBuf>, to: &Output) -> Result<()> {
     let title = format!("faceoff {}: {}", to.command, written.of);
     let format = written.format.as_ref();
@@ -203,7 +203,7 @@ impl Written {
     }
 }
 
-/// What is in one file, red-refined so many times, in another. The warnings say what did not come along, which only
+/// Writes the contents of one file, red-refined this number of times, to another. The warnings list what was lost, which only
 /// `options.lossy` allows.
 ///
 /// # Errors

@@ -55,8 +55,8 @@ const POLL: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(20
 /// A thread's memory for calls; formulas may be nested deeply.
 pub const STACK: usize = 64 << 20;
 
-/// Does what the arguments of a process say, the first of which is its name, and returns its exit code: within a second after
-/// a signal or a limit, whatever was going on. The process has to end then.
+/// Runs the command in the arguments of a process, the first of which is its name, and returns the exit code: within a second after
+/// a signal or a limit, whatever it was doing. The process must then end.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     // Where no handler can be set, an interruption ends the program as it is.
     let _ = ctrlc::set_handler(|| {
@@ -91,7 +91,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         )),
     };
     let code = code.unwrap_or_else(|e| {
-        // The command hears nothing: what it has not delivered it never will.
+        // The command is not notified: it will deliver nothing more.
         arguments.command.output().give_up(&e);
         file::abandon();
         Err(e)
@@ -120,7 +120,7 @@ fn parse(words: impl Iterator<Item = OsString>) -> Result<Arguments> {
     })
 }
 
-/// Tells on standard error what `FACEOFF_LOG` asks for, or else what so many `-v` do.
+/// Logs to standard error at the level of `FACEOFF_LOG`, or else that of the number of `-v`.
 fn log(verbose: u8) {
     let asked = std::env::var("FACEOFF_LOG").unwrap_or_else(|_| {
         let level = ["error", "error", "info", "debug"][usize::from(verbose.min(3))];
@@ -196,7 +196,7 @@ fn wait(
     }
 }
 
-/// Runs a command; one that ends early says so wherever something reads.
+/// Runs a command; one that ends early records this in all of its outputs.
 fn run(arguments: &Arguments) -> Result<u8> {
     let output = arguments.command.output();
     let to = &output;
@@ -231,7 +231,7 @@ fn run(arguments: &Arguments) -> Result<u8> {
     done
 }
 
-/// Lets other codes run in a sandbox alone, where the user or the environment says so.
+/// Restricts other codes to a sandbox, if the user or the environment requires it.
 fn sandbox(limits: &Limits) -> Result<()> {
     let asked = std::env::var_os("FACEOFF_SANDBOX").unwrap_or_default();
     if !asked.is_empty() && asked != "require" {

@@ -74,7 +74,7 @@ pub(super) fn forms() -> Vec<&'static str> {
     FORMS.iter().map(|(name, _)| *name).collect()
 }
 
-/// Their names, each with what its file says it is.
+/// Their names, each with the description in its file.
 pub(super) fn gallery() -> String {
     let about = |text: &'static str| {
         let line = text
@@ -112,7 +112,7 @@ jobs:
           path: page
 ";
 
-/// Reads the name of an example; that of a form is told which option takes it.
+/// Reads the name of an example; for the name of a form, the error names the option that takes it.
 #[derive(Clone)]
 pub(super) struct FromExample;
 
@@ -203,7 +203,7 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
         let to = beside.path().join(name);
         fs::copy(path, &to).map_err(Error::io(&to, "write"))?;
     }
-    // A temporary folder is its owner's alone; this one is not.
+    // A temporary folder is private to its owner; this one must not be.
     let made = beside.keep();
     let of_parent = fs::metadata(&parent).map_err(Error::io(&parent, "read"))?;
     fs::set_permissions(&made, of_parent.permissions()).map_err(Error::io(&made, "open"))?;
@@ -232,7 +232,7 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
     Ok(DONE)
 }
 
-/// A mesh of the user's, by its name.
+/// The user's mesh, by its name.
 pub(super) fn own(path: &Path) -> Result<(String, Mesh)> {
     let mesh = io::open(path, crate::engine::meshio_python().as_deref())?.mesh;
     let name = path.file_name().unwrap_or_default();

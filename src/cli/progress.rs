@@ -31,7 +31,7 @@ struct Bars {
     /// What each case is called, and its share of the work.
     cases: Vec<(String, u64)>,
     bars: Mutex<HashMap<String, ProgressBar>>,
-    /// Of the run as a whole, once it tells its share.
+    /// The bar of the whole run, once it reports its share.
     whole: OnceLock<ProgressBar>,
     all: MultiProgress,
     total: u64,
@@ -111,7 +111,7 @@ fn left(state: &ProgressState, to: &mut dyn std::fmt::Write) {
     let _ = write!(to, "{text:<15}");
 }
 
-/// A bar that moves by itself, after something of its own.
+/// A bar that moves by itself; `first` comes before it.
 fn add_bar(all: &MultiProgress, first: &str, steps: u64) -> ProgressBar {
     let template = format!("{first}{{bar:24}} {{percent:>3}}% {{elapsed:>4}}, {{left}} {{msg}}");
     let style = ProgressStyle::with_template(&template);

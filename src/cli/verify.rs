@@ -298,7 +298,7 @@ fn typed_at(arguments: &Verify, name: &str, point: &Point) -> String {
     quoted(words)
 }
 
-/// Refuses a file that starts programs, unless the user says that it may: whoever wrote it would run commands with the user's rights.
+/// Refuses a file that starts programs, unless the user allows it: its author would run commands with the user's rights.
 ///
 /// # Errors
 /// A file with programs, by their names.
@@ -320,7 +320,7 @@ pub(super) fn may_start<'a>(
 }
 
 /// Writes the record that `make` makes, with the command that makes it again, if all agree: it holds what all codes answer alike. The
-/// exit code of that alone.
+/// exit code is only about that.
 fn recorded(
     arguments: &Verify,
     verdict: Verdict,
@@ -341,7 +341,7 @@ fn recorded(
 /// Engines that are there, and those that are not.
 type Present = (Vec<Box<dyn Engine>>, Vec<Failure>);
 
-/// The engines asked for, and those left out; what is missing is installed, left out or refused, as the user says.
+/// The requested engines, and those left out. Missing ones are installed, left out or refused, according to the options.
 fn present(arguments: &Verify) -> Result<Present> {
     let mut names: Vec<&str> = arguments.engines.iter().map(String::as_str).collect();
     if names.is_empty() {

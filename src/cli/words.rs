@@ -1,4 +1,4 @@
-//! Words of the command line, turned once into values that are valid; what is wrong with one, in words.
+//! Words of the command line, converted once to valid values; errors are messages.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use faceoff_fem::contact::Method;
 use faceoff_judge::{PartialTolerance, UpTo};
 use faceoff_mesh::error::distinct;
 
-/// A list of methods; the parameters of a family member hold a comma of their own.
+/// A list of methods; the parameters of a family member contain a comma.
 #[derive(Clone)]
 pub(super) struct Methods(pub Vec<Method>);
 
@@ -30,7 +30,7 @@ pub(super) fn method(text: &str) -> Result<Method, String> {
     text.trim().parse()
 }
 
-/// A command, in words as a shell has them.
+/// A command, split into words as by a shell.
 #[derive(Clone)]
 pub(super) struct Words(pub Vec<String>);
 
@@ -53,7 +53,7 @@ pub(super) fn setting(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// A positive number of units, so many seconds each.
+/// A positive number of units of `unit` seconds each.
 fn duration(number: &str, unit: f64) -> Option<Duration> {
     let seconds = number.parse::<f64>().ok()? * unit;
     let duration = Duration::try_from_secs_f64(seconds).ok();
@@ -103,7 +103,7 @@ pub(super) fn accuracy(text: &str) -> Result<Accuracy, String> {
     Ok(Accuracy { tolerance, target })
 }
 
-/// What `--accuracy` asks for.
+/// The value of `--accuracy`.
 #[derive(Debug, Clone, Copy)]
 pub struct Accuracy {
     pub tolerance: f64,
@@ -115,7 +115,7 @@ pub(super) fn bound(text: &str) -> Result<f64, String> {
     number(text, |t| t >= 0.0 && t.is_finite(), what)
 }
 
-/// What is given of one field.
+/// The settings of one field.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OfField {
     /// Its name, or a pattern.

@@ -1,5 +1,5 @@
 //! What the answer of a program depends on: the program, the files that its command names, what these may import, and the data
-//! beside them that any of these speaks of.
+//! in their folders that any of these mentions.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
     }
     for word in command {
         found.named(word);
-        // What a shell is told to write into is not a part of what it reads.
+        // Files that a shell command writes are not inputs.
         let mut is_written = false;
         for part in word.split_inclusive(|c| BETWEEN.contains(c)) {
             let name = part.trim_end_matches(|c| BETWEEN.contains(c));
@@ -100,7 +100,7 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
             let path = path.canonicalize().unwrap_or(path);
             let name = path.strip_prefix(home).unwrap_or(&path);
             let name = name.display().to_string();
-            // What the command names in another way is not data next to it.
+            // What the command names in another way is not data in its folder.
             if files.contains_key(&name) {
                 continue;
             }
@@ -122,7 +122,7 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
     Ok(Digests { files, beside })
 }
 
-/// Words that may be the names of files, as they stand in commands, scripts and data: each as a whole, and what it ends in from a dot on.
+/// Words in commands, scripts and data that may be names of files: each whole word, and its suffix from a dot on.
 #[derive(Default)]
 struct Spoken(HashSet<Vec<u8>>);
 
@@ -177,7 +177,7 @@ struct Found<'a> {
 }
 
 impl Found<'_> {
-    /// A part of a command that may name a file; a placeholder in its name stands for anything.
+    /// A part of a command that may name a file; a placeholder in its name matches anything.
     fn named(&mut self, part: &str) {
         if part.is_empty() {
             return;

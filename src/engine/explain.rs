@@ -18,7 +18,7 @@ pub struct Explanation {
     given: usize,
     /// Data that are 0 and enter nothing.
     zero_data: Vec<&'static str>,
-    /// Parts of the domain that contact alone holds.
+    /// Parts of the domain that only contact constrains.
     floats: bool,
     contact_faces: usize,
     /// Nonlinear conditions: one a quadrature point, a face or a vertex of Γ_C, as the method has it.

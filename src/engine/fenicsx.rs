@@ -48,7 +48,7 @@ pub(super) fn folder_of(python: &Path, module: &str) -> Option<PathBuf> {
 }
 
 /// What a module that this Python can import comes from. Looks for it without loading it, and in the root folder, as Python takes modules
-/// from where it is started, which may be a stranger's.
+/// from the folder where it is started, which may be untrusted.
 fn origin(python: &Path, module: &str) -> Option<String> {
     let question =
         format!("import importlib.util; print(importlib.util.find_spec('{module}').origin)");
@@ -86,7 +86,7 @@ pub(super) fn command(
         Some(scripts) if within.is_here() => {
             std::path::absolute(scripts).map_err(Error::io(scripts, "find"))?
         }
-        // Another system sees the job folder alone.
+        // Another system sees only the job folder.
         _ => {
             let home = folder.join("engine");
             fs::create_dir_all(&home).map_err(Error::io(&home, "make"))?;
@@ -112,7 +112,7 @@ pub(super) fn command(
             command.args(["-n", &ranks]).env("TMPDIR", &temporary);
             distribute(&mut command, &python, &script, &ranks);
             // A rank that waits would otherwise spin, and take the core from one that works or compiles: the ranks are
-            // not alone here, other engines run beside them.
+            // not the only processes, as other engines run at the same time.
             set(&mut command, "OMPI_MCA_mpi_yield_when_idle", "1");
             command
         }
@@ -185,7 +185,7 @@ fn no_mpirun() -> Error {
     )
 }
 
-/// Imports dolfinx in a process of its own.
+/// Imports dolfinx in a separate process.
 pub(super) fn probe(within: &Within) -> Result<String> {
     let python = python(within).ok_or_else(missing)?;
     let folder = file::Temporary::new()?;
@@ -200,7 +200,7 @@ pub(super) fn probe(within: &Within) -> Result<String> {
     Ok(version)
 }
 
-/// Programs in sandboxes have a cache of their own, in this folder of the other: nobody else loads what they left.
+/// Sandboxed programs have a separate cache, in this subfolder of the other: no other program loads its files.
 pub(super) const OF_SANDBOXES: &str = "sandbox";
 
 /// Where FFCx keeps forms in a cache.
@@ -219,8 +219,8 @@ enum Cache {
 }
 
 /// A private cache of compiled forms, shared by all runs. A compilation that was killed leaves a
-/// source file behind on which every later process waits in vain; so a run that finds itself
-/// alone removes such files first. Where there is no place for a cache, the job folder serves.
+/// source file behind for which every later process waits forever; so a run that is the only
+/// one removes such files first. If there is no place for a cache, the job folder is used.
 pub(super) fn cache(folder: &Path) -> PathBuf {
     let mut held = lock(&CACHE);
     if matches!(*held, Cache::Unknown) {
@@ -243,12 +243,12 @@ fn share() -> Option<(PathBuf, File)> {
         lock.unlock().ok()?;
     }
     lock.lock_shared().ok()?;
-    // A cache that can be read alone is none.
+    // A read-only cache is useless.
     tempfile::tempfile_in(&path).ok()?;
     Some((path, lock))
 }
 
-/// After a failure: if what was said in `folder` puts it down to the shared cache, or the process crashed, which a
+/// After a failure: if the output in `folder` attributes it to the shared cache, or the process crashed, which a
 /// broken library does, that cache is given up, for good if nobody else uses it. Then another try has a chance.
 pub(super) fn give_up_cache(folder: &Path, failure: &Error) -> bool {
     let mut held = lock(&CACHE);
@@ -305,7 +305,7 @@ fn remove_unfinished(forms: &Path) {
         };
         if !(has(".c", 0) && has(".c.cached", 0) && has(".so", 1)) {
             for path in of_form {
-                // What cannot be removed costs time later, and says so then.
+                // A file that cannot be removed costs time later, and causes a message then.
                 let _ = fs::remove_file(path);
             }
         }

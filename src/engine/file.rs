@@ -3,13 +3,13 @@
 //!
 //! ```toml
 //! name = "my-code"
-//! command = ["python3", "solve.py"]   # runs in the job folder; files beside this one are found
+//! command = ["python3", "solve.py"]   # runs in the job folder; files next to this one are found
 //! ```
 //!
 //! ```toml
 //! name = "freefem-changed"
 //! companion = "freefem"               # or "fenicsx"
-//! scripts = "copy"                    # folder, beside this file, with signorini.edp and nitsche.idp
+//! scripts = "copy"                    # folder, next to this file, with signorini.edp and nitsche.idp
 //! ```
 //!
 //! ```toml
@@ -27,7 +27,7 @@ use super::program::{Kind, Program};
 use super::within::Within;
 use faceoff_mesh::error::{Error, Place, Result};
 
-/// What a file says of an engine, or of one release of it.
+/// The contents of an engine file, or of one release in a matrix file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EngineFile {
@@ -63,7 +63,7 @@ pub(super) fn read(path: &Path) -> Result<Program> {
 /// A TOML file.
 ///
 /// # Errors
-/// A file that cannot be read, or is not what is asked for.
+/// A file that cannot be read, or that is not an engine file.
 pub fn parsed<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T> {
     let text = faceoff_mesh::file::text(path)?;
     toml::from_str(&text).map_err(|e| {
@@ -82,7 +82,7 @@ pub fn parsed<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T> {
 /// The engine that the file at `path` describes.
 ///
 /// # Errors
-/// A name that cannot be one, and what does not say what to run.
+/// An invalid name, or a file without a program to run.
 pub(super) fn described(file: EngineFile, path: &Path) -> Result<Program> {
     let refuse = |place: Place, what: String| Error::file(path, place, what, REMEDY);
     let valid = |c: char| c.is_alphanumeric() || c == '-' || c == '_';

@@ -42,7 +42,7 @@ pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
 
 /// Runs the job's copy of the script in `folder`.
 pub(super) fn command(folder: &Path, scripts: Option<&Path>, within: &Within) -> Result<Command> {
-    // FreeFEM looks for what a script includes beside the script first.
+    // FreeFEM first looks for included files next to the script.
     super::put_scripts(&SCRIPTS, scripts, folder)?;
     let mut command = Command::new(program(within).ok_or_else(missing)?);
     command
@@ -54,7 +54,7 @@ pub(super) fn command(folder: &Path, scripts: Option<&Path>, within: &Within) ->
 }
 
 /// Solves a small system in FreeFEM, and asks the package for its version, because the banner of
-/// Debian's 4.11 says 4.9.
+/// Debian's 4.11 prints 4.9.
 pub(super) fn probe(within: &Within) -> Result<String> {
     let program = program(within).ok_or_else(missing)?;
     let folder = file::Temporary::new()?;
@@ -78,7 +78,7 @@ pub(super) fn probe(within: &Within) -> Result<String> {
 /// Where Debian has FreeFEM's plugins, which its FreeFEM does not look into.
 const PLUGINS: [&str; 2] = ["FF_LOADPATH", "/usr/lib/freefem++;;"];
 
-/// What a command that runs FreeFEM needs to find plugins, where nobody has said where they are.
+/// The variable with which FreeFEM finds plugins, if the command runs FreeFEM and the variable is not set.
 pub(super) fn plugins(words: &[String]) -> Option<[&'static str; 2]> {
     let runs = |word: &String| word.contains("FreeFem") || word.contains("ff-mpirun");
     let [name, path] = PLUGINS;
@@ -86,10 +86,10 @@ pub(super) fn plugins(words: &[String]) -> Option<[&'static str; 2]> {
     (words.iter().any(runs) && is_there && std::env::var_os(name).is_none()).then_some(PLUGINS)
 }
 
-/// What is to be said of a FreeFEM that finds no plugin, by loading one.
+/// The warning for a FreeFEM that finds no plugins; it is tested by loading one.
 ///
 /// # Errors
-/// A folder that cannot be made.
+/// A folder that cannot be created.
 pub fn lacks_plugins() -> Result<Option<String>> {
     let here = Within::default();
     let Some(program) = program(&here) else {

@@ -1,5 +1,5 @@
-//! Bringing what is missing: Debian's packages for FreeFEM and dolfinx, and meshio in a private
-//! Python environment. Nothing is done without being said.
+//! Installs missing codes: Debian's packages for FreeFEM and dolfinx, and meshio in a private
+//! Python environment. Every command is printed before it runs.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -77,7 +77,7 @@ fn environment() -> Option<PathBuf> {
     Some(super::own_folder("XDG_DATA_HOME", ".local/share")?.join("python"))
 }
 
-/// Does what a plan says; `say` gets each command before it runs.
+/// Carries out a plan; `say` gets each command before it runs.
 ///
 /// # Errors
 /// A system without apt, a user without root, a command that fails: with the commands to type.

@@ -25,7 +25,7 @@ pub(super) const PROTOCOL: u32 = 1;
 /// What an engine writes last.
 pub(super) const STATUS: &str = "out/status.json";
 
-/// A status may have so many bytes, and a row of values in text.
+/// The largest size in bytes of a status, and of a row of values in text.
 const STATUS_BYTES: u64 = 64 << 20;
 const ROW_BYTES: u64 = 256;
 
@@ -82,7 +82,7 @@ struct JobCase {
     /// Is ∂ₙu on a contact face F to be λ = ∂ₙu - L(φ_F)/|F|?
     flux_corrected: bool,
     mesh: serde_json::Value,
-    /// γ = γ₀ h, which a code may make itself, and must be what the files say.
+    /// γ = γ₀ h, which a code may compute itself; it must equal the γ in the files.
     gamma0: f64,
     h: &'static str,
     gamma: serde_json::Value,

@@ -42,7 +42,7 @@ impl Machine {
 
 /// Peak resident memory in MB: of this process, or of the largest program it ran.
 pub fn peak_memory_mb(children: bool) -> f64 {
-    // What getrusage reports of a process is at least what the one that started it held then.
+    // For a process, getrusage reports at least the memory that its parent had when it started the process.
     if let Some(own) = status("VmHWM").filter(|_| !children) {
         return own;
     }
@@ -144,7 +144,7 @@ pub(super) fn count(text: &str, name: &str) -> Option<usize> {
     field(text, name)?.parse().ok()
 }
 
-/// The largest memory that this process held from a moment on.
+/// The peak memory of this process since a given moment.
 pub struct HighWater {
     before: f64,
 }
@@ -152,14 +152,14 @@ pub struct HighWater {
 impl HighWater {
     /// From now on. None where the system does not count that way.
     pub fn begin() -> Option<Self> {
-        // 5 sets the peak back to what is held now.
+        // 5 resets the peak to the current memory.
         fs::write("/proc/self/clear_refs", "5").ok()?;
         Some(HighWater {
             before: status("VmRSS")?,
         })
     }
 
-    /// MB beyond what was held at the beginning; none below one, which may have been held already.
+    /// MB beyond the memory at the beginning; None below 1 MB, which may have been allocated before.
     pub fn megabytes(&self) -> Option<f64> {
         Some(status("VmHWM")? - self.before).filter(|more| *more >= 1.0)
     }
@@ -197,7 +197,7 @@ mod tests {
         assert!(tasks() > 1 && held_memory() > 0);
     }
 
-    /// The peak is one of a whole process, so this test runs itself again in a process of its own.
+    /// The peak is one of a whole process, so this test runs itself again in a separate process.
     #[test]
     fn memory_that_is_held_for_a_moment_is_seen() {
         if std::env::var_os("FACEOFF_ALONE").is_none() {

@@ -111,9 +111,9 @@ pub enum Launch {
     /// As one process.
     #[default]
     Alone,
-    /// As so many, by `mpirun`.
+    /// As this number of processes, by `mpirun`.
     Ranks(usize),
-    /// By a command like `srun -n 64`, which says how many; at least one word.
+    /// By a command like `srun -n 64`, which sets the number of processes; at least one word.
     By(Vec<String>),
 }
 
@@ -124,7 +124,7 @@ pub struct Answer {
     pub u: Vec<f64>,
     /// The relative increment of each step.
     pub increments: Vec<f64>,
-    /// Does the engine say that its iteration reached the tolerance?
+    /// Whether the engine reports that its iteration reached the tolerance.
     pub converged: bool,
     /// The step that u comes from; not the last where nothing was reached and another was better.
     pub step: usize,
@@ -188,7 +188,7 @@ pub struct Run {
     pub answers: Vec<Answer>,
 }
 
-/// Hears how far a run is; called from several threads.
+/// Is notified of the progress of a run; called from several threads.
 pub trait Progress: Sync {
     /// `case` counts from 0; `increment` is the relative increment of this iteration.
     fn step(&self, engine: &str, case: usize, iteration: usize, increment: f64) {
@@ -279,7 +279,7 @@ fn accepts_family(engine: &str, method: &Method) -> Result<()> {
     ))
 }
 
-/// What a mutex holds, though a thread that held it panicked.
+/// The value of a mutex, even if a thread that held it panicked.
 pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -300,7 +300,7 @@ pub fn digest(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex()[..16].to_owned()
 }
 
-/// Every two of so many, each once, by their numbers.
+/// All pairs of numbers below `count`, each once.
 pub fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
 }

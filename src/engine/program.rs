@@ -111,7 +111,7 @@ impl Program {
     }
 }
 
-/// The command of an engine file; words that are files beside it are meant to be those.
+/// The command of an engine file; words that are files next to it mean those files.
 fn other_command(words: &[String], home: &Path) -> Command {
     // Where links and `..` lead, so that a sandbox that has this folder has them.
     let home = shown::real(home).unwrap_or(home.to_owned());
@@ -249,7 +249,7 @@ impl Engine for Program {
 }
 
 impl Program {
-    /// Runs one job; `step` hears the case, the iteration and its increment.
+    /// Runs one job; `step` is called with the case, the iteration and its increment.
     fn run_job(
         &self,
         folder: &Path,
@@ -279,7 +279,7 @@ impl Program {
 pub(super) struct Folder {
     pub path: PathBuf,
     _temporary: Option<Temporary>,
-    /// Held while the job runs, so that no other run takes the folder.
+    /// Locked while the job runs, so that no other run uses the folder.
     _lock: Option<File>,
 }
 

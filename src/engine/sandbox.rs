@@ -1,4 +1,4 @@
-//! A sandbox for programs of strangers, by bubblewrap. It begins with nothing, and what a program needs is put in: the system's
+//! A sandbox for untrusted programs, with bubblewrap. It is empty at first; then what a program needs is added: the system's
 //! programs and libraries to read, what `shown` finds that this program needs, its job folder to write in, and folders for
 //! temporary files that are small and its own. It has no network, no variables, processes, keys, terminals or open files of the user.
 
@@ -23,7 +23,7 @@ pub(super) struct Allowed {
     pub write: Vec<PathBuf>,
 }
 
-/// What of the system's configuration programs and libraries read, and that says nothing of the user.
+/// The system configuration that programs and libraries read and that contains nothing about the user.
 const CONFIGURATION: [&str; 21] = [
     "alternatives",
     "ld.so.cache",
@@ -206,7 +206,7 @@ impl Tools {
     fn options(&self) -> Result<&'static Vec<OsString>> {
         static OPTIONS: OnceLock<Result<Vec<OsString>, String>> = OnceLock::new();
         let tried = OPTIONS.get_or_init(|| {
-            // Older releases cannot keep a program from making user namespaces of its own; the filter can.
+            // Older releases cannot prevent a program from creating user namespaces; the filter can.
             self.attempt(true).or_else(|_| self.attempt(false))
         });
         tried.as_ref().map_err(|why| {
@@ -239,7 +239,7 @@ impl Tools {
     }
 }
 
-/// Namespaces, the system, and folders of its own.
+/// Namespaces, the system, and private folders.
 fn common(newest: bool) -> Vec<OsString> {
     let mut words: Vec<OsString> = Vec::new();
     let mut put = |of: &[&str]| words.extend(of.iter().map(OsString::from));

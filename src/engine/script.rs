@@ -45,7 +45,7 @@ pub struct Script {
     pub source: Option<Source>,
     /// Where it runs, and where relative words are meant to be.
     pub home: PathBuf,
-    /// None where it makes a mesh of its own.
+    /// None if it makes its own mesh.
     pub mesh: Option<Form>,
     /// Files that it writes into `{out}`.
     pub results: Vec<String>,
@@ -104,7 +104,7 @@ pub struct Written {
 }
 
 impl Written {
-    /// The last of its times is read at once: a file that cannot be read is none.
+    /// The last of its times is read at once: a file that cannot be read is not a result.
     fn open(path: &Path, name: String) -> Result<Self> {
         let series = Series::open(path, super::meshio_python().as_deref())?;
         let written = Written {
@@ -221,7 +221,7 @@ pub fn fill(word: &str, value: impl Fn(&str) -> Option<String>) -> Result<String
 }
 
 impl Script {
-    /// Does its command say where results go? Only what is written there is known to be of this code and this run.
+    /// Whether its command contains `{out}`. Only files there are known to be from this code and this run.
     pub fn has_out(&self) -> bool {
         let has_out = |word: &String| {
             let is_asked = Cell::new(false);
@@ -234,7 +234,7 @@ impl Script {
         self.command.iter().any(has_out)
     }
 
-    /// Runs the code on a mesh, in a folder of its own that `keep` keeps, and reads what it has written.
+    /// Runs the code on a mesh, in a separate folder, which `keep` keeps, and reads its results.
     ///
     /// # Errors
     /// A code that fails, that takes too long, or that does not write what it should; a mesh that its format cannot hold.
@@ -558,7 +558,7 @@ pub fn copy(from: &Path, to: &Path) -> Result<()> {
 pub struct How {
     /// Copies what it writes to here.
     pub into: Option<PathBuf>,
-    /// In so many threads, for those that read the usual variables.
+    /// The number of threads, for programs that read the usual variables.
     pub threads: Option<usize>,
     /// Keeps the folder of each run.
     pub keep: Option<PathBuf>,

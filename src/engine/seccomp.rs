@@ -9,7 +9,7 @@ pub(super) fn filter() -> Option<Vec<u8>> {
     Some(linux::filter())
 }
 
-/// Elsewhere the numbers of system calls are not known, and namespaces alone must do.
+/// Elsewhere the numbers of system calls are not known, and only namespaces protect.
 #[cfg(not(all(
     target_os = "linux",
     target_endian = "little",
@@ -143,7 +143,7 @@ mod linux {
             of.push(AT_LEAST, [0, 1], 0x4000_0000);
             of.give(fail(libc::ENOSYS));
         }
-        // What may be missing in a kernel is said to be, so that programs do without.
+        // Calls that a kernel may lack are reported as missing, so that programs do without.
         of.when(libc::SYS_memfd_create as u32, fail(libc::ENOSYS));
         for call in REFUSED {
             of.when(call as u32, fail(libc::EPERM));

@@ -1,4 +1,4 @@
-//! What a sandboxed program is shown of the user's folders: as little as it can do with, and never a home or what all share.
+//! The parts of the user's folders that a sandboxed program sees: as little as it needs, and never a home or shared folders.
 
 use std::ffi::OsString;
 use std::fs;
@@ -8,7 +8,7 @@ use super::process::find_in_path;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
 
-/// Folders that belong to the system, and say nothing of its users.
+/// Folders that belong to the system and contain nothing about its users.
 const OF_SYSTEM: [&str; 9] = [
     "/usr",
     "/bin",
@@ -130,8 +130,8 @@ impl Shown {
         paths
     }
 
-    /// What is below and not shown all the same: Git's folders, in whose settings services keep tokens, and the folders of
-    /// other jobs beside this one, with the answers of other codes.
+    /// Folders below that are hidden: Git's folders, in whose settings services keep tokens, and the folders of
+    /// other jobs next to this one, with the answers of other codes.
     pub fn hidden(&self, job: &Path) -> Vec<PathBuf> {
         let gits = self.paths.iter().map(|path| path.join(".git"));
         let mut hidden: Vec<PathBuf> = gits
@@ -206,7 +206,7 @@ fn exposes(real: &Path) -> Option<String> {
 }
 
 /// What a Python needs whose program is in the folder `own`: its environment, if it is of one, and the Python that it is made
-/// from. What says where that is may be a stranger's: it counts only where a Python is. None if it is not a Python's.
+/// from. The file that names it may be untrusted: it counts only if a Python is there. None if it is not a Python's.
 fn of_python(own: &Path) -> Option<Vec<PathBuf>> {
     let prefix = own.parent()?;
     let mut needed = Vec::new();

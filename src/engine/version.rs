@@ -1,4 +1,4 @@
-//! Which releases of the other codes the companions are made for, and what is to be said of others.
+//! The releases of the other codes that the companions support, and the warning for others.
 
 use std::path::Path;
 use std::process::Command;
@@ -37,10 +37,10 @@ const KNOWN: [Known; 2] = [
     },
 ];
 
-/// What a command that runs in `folder` says in a line `version …`.
+/// The text of a line `version …` that a command, run in `folder`, prints.
 ///
 /// # Errors
-/// A command that fails, or takes longer than so many seconds.
+/// A command that fails, or that takes longer than `seconds`.
 pub(super) fn told(
     engine: &str,
     command: &Command,

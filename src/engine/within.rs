@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The words before a command by which it runs in another system, where `{job}` stands for the job folder; none: it runs here.
+/// The command prefix that runs a command in another system, in which `{job}` is the job folder; empty: it runs here.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Within(pub Vec<String>);
 

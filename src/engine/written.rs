@@ -48,7 +48,7 @@ impl Source {
     /// Lets its script write its linear system too, into files of these names.
     ///
     /// # Errors
-    /// In words: why there is none, or what the code lacks.
+    /// The reason why there is no system, or the feature that the code lacks.
     pub fn write_system(&mut self) -> Result<[String; 3], String> {
         self.code.script_with_system(&self.problem)?;
         self.has_system = true;

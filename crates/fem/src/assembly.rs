@@ -376,7 +376,7 @@ impl<'a> Stiffness<'a> {
         y
     }
 
-    /// uᵀ A u = ‖∇u‖²_h, from cell to cell without what is constant there, which would leave rounding of its own size.
+    /// uᵀ A u = ‖∇u‖²_h, from cell to cell without what is constant there, which would leave rounding of that size.
     pub fn energy(&self, u: &[f64]) -> f64 {
         total_over_cells(&self.space, |cell| {
             let mut y = [0.0; MAX_DOFS];

@@ -1,10 +1,10 @@
-//! Intervals of real numbers that hold what they stand for, whatever the rounding.
+//! Intervals of real numbers that contain the value that they stand for, whatever the rounding.
 //!
 //! Every operation gives an interval that contains the exact result for all numbers of its operands (R. E. Moore,
 //! Interval Analysis, 1966): what rounding to nearest gives is moved outward by one step where it is not exact. The
 //! elementary functions are CORE-MATH's, which round correctly (A. Sibidanov, P. Zimmermann, S. Glondu, ARITH 2022).
 //! What is not defined somewhere in its operands, √ of negative numbers, a division by an interval with 0, is the whole
-//! line: nothing is known then, and nothing false is said.
+//! line: nothing is known then, and no false bound is given.
 
 use std::f64::consts::PI;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -554,7 +554,7 @@ impl Mul<Interval> for f64 {
         }
         let (a, b) = (self * other.low, self * other.high);
         let (low, high) = if self > 0.0 { (a, b) } else { (b, a) };
-        // A power of two moves the exponent alone.
+        // A power of two changes only the exponent.
         let is_power = self.to_bits() & ((1 << 52) - 1) == 0;
         let is_exact = |x: f64| x.is_normal() || x == 0.0;
         if is_power && is_exact(low) && is_exact(high) && self.is_normal() && self.abs() >= 1e-3 {

@@ -23,7 +23,7 @@ pub enum Truth {
 }
 
 impl Truth {
-    /// u, where the scene says what it is: its name says nothing.
+    /// u, if the scene defines it; its name has no meaning.
     ///
     /// # Errors
     /// A mesh-free solution that cannot be computed.

@@ -1,7 +1,7 @@
 //! The Signorini problem by the penalty-free Nitsche method and its neighbours, its exact and mesh-free solutions, and
 //! guaranteed bounds of the error of any field.
 //!
-//! A [`scene::Scene`] is a problem, a [`contact::Discretisation`] says how it is discretised, and both on a mesh are a
+//! A [`scene::Scene`] is a problem, a [`contact::Discretisation`] defines how it is discretised, and both on a mesh are a
 //! [`contact::Problem`], which [`contact::solve`] solves. [`certify::certify`] bounds the error.
 //!
 //! ```
@@ -60,7 +60,7 @@ struct Random(u64);
 impl Random {
     fn new(seed: u64) -> Self {
         let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-        // Seeds beside each other begin alike.
+        // Neighbouring seeds begin alike.
         (0..8).for_each(|_| {
             random.next();
         });

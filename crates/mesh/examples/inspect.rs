@@ -1,12 +1,12 @@
-//! Says of each file what is in it, as one line of JSON: what a program that wants nothing but meshes and fields needs
-//! of this crate, and what other readers are held against.
+//! Prints the contents of each file as one line of JSON: what a program that wants nothing but meshes and fields needs
+//! of this crate, and what other readers are compared with.
 //!
 //! ```text
 //! cargo run -p faceoff-mesh --example inspect -- plate.msh u.vtu
 //! cargo run -p faceoff-mesh --example inspect -- plate.msh --as plate.vtu plate.med
 //! ```
 //!
-//! With `--as`, writes each file in other formats too, and says of each what it does not hold and what is read again.
+//! With `--as`, writes each file in other formats too, and prints for each what it cannot store and what is read back.
 
 use std::collections::BTreeMap;
 use std::io::Write;

@@ -70,13 +70,13 @@ pub fn cause() -> Option<Cause> {
     }
 }
 
-/// Says that the command has a result that it writes when it is asked to end: it is given time for that, until it is asked
+/// Declares that the command has a result that it writes when it is stopped: it is given time for that, until it is stopped
 /// again.
 pub fn hear() {
     IS_HEARD.store(true, Ordering::Relaxed);
 }
 
-/// Does the command write what it has when it is asked to end?
+/// Whether the command writes its result so far when it is stopped.
 pub fn is_heard() -> bool {
     IS_HEARD.load(Ordering::Relaxed)
 }
@@ -90,7 +90,7 @@ pub fn check() -> Result<()> {
     cause().map_or(Ok(()), |cause| Err(Error::Ended(cause)))
 }
 
-/// Says when the time of this run is over, so that each program that it starts can be given a share; the first time counts.
+/// Sets the time at which this run ends, so that each program that it starts can be given a share; the first time counts.
 pub fn set_deadline(deadline: Instant) {
     let _ = DEADLINE.set(deadline);
 }

@@ -1,4 +1,4 @@
-//! The one error type: every message says what is wrong, where, and what to do about it.
+//! The one error type: every message states what is wrong, where, and what to do about it.
 
 use std::collections::HashSet;
 use std::fmt;
@@ -78,7 +78,7 @@ pub enum Error {
         remedy: String,
     },
 
-    /// Two results of this program that exclude each other: one of them is wrong, and neither may be told.
+    /// Two results of this program that exclude each other: one of them is wrong, and neither may be reported.
     #[error("{what}; this is a fault of faceoff: please report it with the command")]
     Contradiction {
         /// Both, with their numbers.
@@ -206,7 +206,7 @@ impl Error {
     }
 }
 
-/// Refuses a list that contains a name twice; `what` says what is named, as in ``engine `rust` is named twice``.
+/// Refuses a list that contains a name twice; `what` is the kind of name, as in ``engine `rust` is named twice``.
 ///
 /// # Errors
 /// [`Error::Usage`] with the first repeated name.

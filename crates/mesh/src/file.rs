@@ -1,5 +1,5 @@
 //! The boundary to files that others wrote: whatever the program reads is opened here. It is a regular file of a size that
-//! memory can hold, never a pipe or a device, and what a file names lies below the folder of that file. And folders of our
+//! memory can hold, never a pipe or a device, and the files that a file names are below the folder of that file. And folders of our
 //! own that nobody else enters.
 
 use std::fs::{self, File};
@@ -54,7 +54,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     let file = open(path).map_err(Error::io(path, "read"))?;
     let mut bytes = Vec::new();
     let most = memory::available().unwrap_or(u64::MAX);
-    // Files of the system have another length than they say.
+    // Files of the system have a different length than they report.
     file.take(most)
         .read_to_end(&mut bytes)
         .map_err(Error::io(path, "read"))?;
@@ -70,7 +70,7 @@ pub fn text(path: &Path) -> Result<String> {
         .map_err(|e| Error::io(path, "read")(io::Error::other(format!("it is not UTF-8: {e}"))))
 }
 
-/// The file that a stranger's file in `folder` calls `name`: beside it or below, also where links lead. None for any other.
+/// The file that an untrusted file in `folder` calls `name`: in its folder or below, with links resolved. None for any other.
 /// Whether it is there is not asked.
 pub fn beneath(folder: &Path, name: &str) -> Option<PathBuf> {
     let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -117,7 +117,7 @@ fn open_unlinked(folder: &Path, name: &Path) -> io::Result<File> {
         .peekable();
     let mut at = File::open(folder)?;
     while let Some(part) = parts.next() {
-        // Opening a pipe waits for one who writes, unless told not to.
+        // Opening a pipe waits for a writer by default.
         let of_kind = match parts.peek() {
             Some(_) => OFlag::O_DIRECTORY,
             None => OFlag::O_NONBLOCK | OFlag::O_NOCTTY,
@@ -146,7 +146,7 @@ fn open_unlinked(folder: &Path, name: &Path) -> io::Result<File> {
     File::open(path)
 }
 
-/// All bytes of what [`open_beneath`] opens, which may be so many.
+/// All bytes of the file that [`open_beneath`] opens, at most `most`.
 ///
 /// # Errors
 /// Those of [`open_beneath`]; a larger file.
@@ -195,7 +195,7 @@ pub fn room(_: &Path) -> Option<u64> {
 #[derive(Debug)]
 pub struct Temporary {
     folder: TempDir,
-    /// Held as long as it is used; where nobody holds it, a process that was killed left the folder behind. Elsewhere folders
+    /// Locked as long as it is used; without a lock, a killed process left the folder behind. Elsewhere folders
     /// cannot be locked, and are left to the system.
     #[cfg(unix)]
     _lock: File,

@@ -28,7 +28,7 @@
 //! A format is recognised by what is in the file. All that a file holds and [`io::Content::mesh`] does not is in
 //! [`io::Content::unread`]; a target that cannot hold all of a mesh refuses it, or warns of each loss if
 //! [`io::Options::lossy`] allows that. The numbers of points and cells, and Gmsh's geometry behind a mesh, are lost with a
-//! warning wherever the last column does not say that they are kept.
+//! warning wherever the last column does not state that they are kept.
 //!
 //! | format | read | written | lost by writing |
 //! |---|---|---|---|

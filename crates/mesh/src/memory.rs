@@ -32,14 +32,14 @@ pub fn require(bytes: f64, what: &str) -> Result<()> {
     ))
 }
 
-/// Bytes that can be had: what the system says is available, or less where a control group or [`set_limit`] says so. None
-/// where nothing says.
+/// Available bytes, as the system reports, or less if a control group or [`set_limit`] sets a limit. None
+/// if nothing is known.
 pub fn available() -> Option<u64> {
     let may = MOST.get().map(|most| most.saturating_sub(held()));
     [there(), may].into_iter().flatten().min()
 }
 
-/// What this process holds besides mapped files, in bytes; 0 where the system does not say.
+/// The memory of this process without mapped files, in bytes; 0 if the system does not report it.
 pub fn held() -> u64 {
     let text = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|l| l.strip_prefix("RssAnon:"));
@@ -47,7 +47,7 @@ pub fn held() -> u64 {
     kilobytes.unwrap_or(0).saturating_mul(1024)
 }
 
-/// What the files of a folder take that is held in memory, in bytes, with the number of its device; None for any other folder.
+/// The size in bytes of the files in a folder that is kept in memory, with the number of its device; None for any other folder.
 #[cfg(target_os = "linux")]
 pub fn of_folder(path: &std::path::Path) -> Option<(u64, u64)> {
     use nix::sys::statfs::{TMPFS_MAGIC, statfs};
@@ -61,7 +61,7 @@ pub fn of_folder(path: &std::path::Path) -> Option<(u64, u64)> {
     Some((fs::metadata(path).ok()?.dev(), bytes))
 }
 
-/// What the files of a folder take that is held in memory, in bytes, with the number of its device; None for any other folder.
+/// The size in bytes of the files in a folder that is kept in memory, with the number of its device; None for any other folder.
 #[cfg(not(target_os = "linux"))]
 pub fn of_folder(_: &std::path::Path) -> Option<(u64, u64)> {
     None

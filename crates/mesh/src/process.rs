@@ -1,4 +1,4 @@
-//! Runs a program with a time limit and interruption; none of its children is left behind. What Unix alone has (signals, a watcher
+//! Runs a program with a time limit and interruption; none of its children is left behind. What only Unix has (signals, a watcher
 //! that outlives this process, marks) is left out elsewhere: there a program is killed with its children, and not asked to end.
 
 use std::fs::{self, File};
@@ -22,7 +22,7 @@ use crate::said::Said;
 const POLL: Duration = Duration::from_millis(5);
 
 /// How long a program may take to end when asked to, before it is killed. Its children die with
-/// it; those of `mpirun`, which are in groups of their own, only if it is not killed.
+/// it; those of `mpirun`, which are in separate groups, only if it is not killed.
 #[cfg(unix)]
 const GRACE: Duration = Duration::from_millis(500);
 
@@ -45,13 +45,13 @@ const WATCHED: &str = r#"exec 3<&0 </dev/null 4>>"$0"
 exec 3<&- 4>&-
 exec "$@""#;
 
-/// Why a program gave no result, in words; what to do about it is for the caller to say.
+/// The reason why a program gave no result; the caller adds what to do about it.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// It was interrupted, or its log cannot be written.
     #[error(transparent)]
     Ours(#[from] Error),
-    /// The system does not start it: there is none, or no right to.
+    /// The system does not start it: it does not exist, or there is no permission.
     #[error("`{program}` cannot be started: {why}")]
     NotStarted {
         /// As it was called.
@@ -65,7 +65,7 @@ pub enum Failure {
     /// It took more of something than one program may, and was ended.
     #[error("it {0} and was killed")]
     TooMuch(String),
-    /// The system does not say how it ended.
+    /// The system does not report how it ended.
     #[error("its process was lost: {0}")]
     Lost(std::io::Error),
     /// Usually for lack of memory.
@@ -73,17 +73,17 @@ pub enum Failure {
     Killed {
         /// As it was called.
         program: String,
-        /// What its log says, after `: `; empty where that is nothing.
+        /// The contents of its log, after `: `; empty if there are none.
         said: String,
     },
-    /// `said`: `: ` and what its log says of the failure.
+    /// `said`: `: ` and the lines of its log about the failure.
     #[error("`{program}` failed ({status}){said}")]
     Failed {
         /// As it was called.
         program: String,
         /// Its exit code, or the signal that ended it.
         status: ExitStatus,
-        /// What its log says, after `: `; empty where that is nothing.
+        /// The contents of its log, after `: `; empty if there are none.
         said: String,
     },
 }
@@ -102,7 +102,7 @@ pub fn run(
     run_within(command, folder, time_limit, |_| Ok(()), line)
 }
 
-/// [`run`], while `look` is asked again and again, with the program's number, whether it may go on; if not, it says what the
+/// [`run`], with `look` called repeatedly, with the program's number: whether it may go on; if not, it returns what the
 /// program did.
 ///
 /// # Errors
@@ -143,7 +143,7 @@ pub fn run_within(
     command.wrap(process_wrap::std::JobObject);
     let mut child = command.spawn().map_err(|e| not_started(e.to_string()))?;
     tracing::info!(program, folder = %folder.display(), "started");
-    // Held until the group has ended: it shows the watcher that this process is alive.
+    // Open until the group has ended: it shows the watcher that this process is alive.
     let _alive = child.stdin().take();
     let said = match (child.stdout().take(), child.stderr().take()) {
         (Some(output), Some(errors)) => Said::new(output, errors, log),
@@ -227,7 +227,7 @@ fn new_log(path: &Path) -> std::io::Result<File> {
 /// The variable by which everything that a program started is known, whatever group or session it has moved to.
 const MARK: &str = "FACEOFF_JOB";
 
-/// A value of its own for each program.
+/// A different value for each program.
 fn mark() -> String {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
     let number = NEXT.fetch_add(1, Ordering::Relaxed);
@@ -277,7 +277,7 @@ pub fn find_in_path(name: impl AsRef<Path>) -> Option<PathBuf> {
         .find(|file| file.is_file())
 }
 
-/// The command with a watcher beside it, which tells its end in the log.
+/// The command with a watcher next to it, which writes its end to the log.
 fn watched(command: &Command, log: &Path) -> Command {
     let program = command.get_program();
     let mut shell;

@@ -1,4 +1,4 @@
-//! What a program says while it runs: its lines, a log that does not grow without end, and what a message quotes of it.
+//! The output of a program while it runs: its lines, a log of bounded size, and the part that a message quotes.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 /// Longer lines are read in parts.
 const LONGEST_LINE: usize = 1 << 16;
 
-/// The log has the first bytes of what was said, and the last ones.
+/// The log contains the first and the last bytes of the output.
 const HEAD: u64 = 32 << 20;
 const TAIL: usize = 1 << 20;
 
@@ -50,7 +50,7 @@ impl Said {
         errors: impl Read + Send + 'static,
         log: File,
     ) -> std::io::Result<Self> {
-        // Who says more than is heard waits, rather than fill the memory.
+        // A program that prints faster than it is read waits, so that its output does not fill the memory.
         let (sender, parts) = sync_channel(16);
         read(output, Stream::Output, sender.clone())?;
         read(errors, Stream::Errors, sender)?;
@@ -67,7 +67,7 @@ impl Said {
         })
     }
 
-    /// Hears what is said within this time; `line` gets each line of the output. False once nobody can say anything more.
+    /// Reads the output within this time; `line` gets each line. False once the output is closed.
     pub fn hear(&mut self, time: Duration, line: &mut impl FnMut(&str)) -> bool {
         match self.parts.recv_timeout(time) {
             Ok((stream, bytes)) => {
@@ -80,7 +80,7 @@ impl Said {
         }
     }
 
-    /// Hears the rest after the end of the program, for as long as something comes and no longer than this.
+    /// Reads the rest of the output after the end of the program, until nothing more comes, but at most for this time.
     pub fn end(&mut self, quiet: Duration, most: Duration, line: &mut impl FnMut(&str)) {
         let end = Instant::now() + most;
         while Instant::now() < end {
@@ -144,7 +144,7 @@ impl Said {
         if text.trim_matches(['-', '^', '~']).is_empty() || text.starts_with("progress ") {
             return;
         }
-        // FreeFEM says where in a line of its own.
+        // FreeFEM prints the place in a separate line.
         let is_place = self.is_error && text.starts_with("line number");
         let error = text.strip_prefix("error ");
         self.is_error = error.is_some();
@@ -158,7 +158,7 @@ impl Said {
         of_kind.push_back(ending(text, QUOTED_BYTES));
     }
 
-    /// What a message says of a failure: the lines that begin with `error `, or else the last ones.
+    /// What a message quotes of a failure: the lines that begin with `error `, or else the last ones.
     pub fn quote(&self) -> String {
         let lines = match self.errors.is_empty() {
             true => &self.last,

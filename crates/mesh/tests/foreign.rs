@@ -62,7 +62,7 @@ fn gmsh_and_meshio_mean_the_same_cells() {
         let mesh = io::read(&path).unwrap_or_else(|error| panic!("{error}"));
         let found = cells(&mesh);
         let suffix = path.extension().unwrap().to_str().unwrap();
-        // Gmsh writes no points as cells, cards of two nodes for all lines, and of SU2 the cells of groups alone.
+        // Gmsh writes no points as cells, cards of two nodes for all lines, and for SU2 only the cells of groups.
         let least = if suffix == "su2" {
             3
         } else if suffix == "bdf" {
@@ -98,7 +98,7 @@ fn gmsh_and_meshio_mean_the_same_cells() {
     }
 }
 
-/// One cell of each shape, each pulled out of shape in its own way: what VTK, which is Verdict, says of it.
+/// One cell of each shape, each pulled out of shape in its own way: what VTK, which uses Verdict, reports for it.
 #[test]
 fn vtk_measures_the_same_shapes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

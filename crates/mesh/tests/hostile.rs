@@ -54,7 +54,7 @@ const VTI: &str = "<VTKFile type=\"ImageData\"><ImageData WholeExtent=\"0 2 0 1 
     <Piece Extent=\"0 2 0 1 0 0\"><PointData><DataArray type=\"Int8\" Name=\"a\">1 2 3 4 5 6</DataArray></PointData>\
     </Piece></ImageData></VTKFile>";
 
-/// Names, which say the format, and bytes.
+/// Names, whose suffix gives the format, and bytes.
 fn samples() -> Vec<(&'static str, Vec<u8>)> {
     let folder = tempfile::tempdir().expect("a folder");
     let written = |name: &str, surface, binary, vtu| {
@@ -89,7 +89,7 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// The most memory that this process has held, in kB.
+/// The peak memory of this process, in kB.
 fn peak() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -30,7 +30,7 @@ fn floats(value: &Value) -> Vec<f64> {
 }
 
 /// Every grid and every way to store it: the same points, cells by kind, and sums of arrays as VTK itself reads; texts are
-/// told as unread.
+/// reported as unread.
 #[test]
 fn what_vtk_writes_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -86,7 +86,7 @@ fn what_vtk_writes_is_read() {
     }
 }
 
-/// One cell of each type, with its nodes where Gmsh says that they are: VTK maps parameters to the same places.
+/// One cell of each type, with its nodes where Gmsh has them: VTK maps parameters to the same places.
 #[test]
 fn nodes_stand_where_vtk_expects_them() {
     let places = python(&["places"]);

@@ -31,7 +31,7 @@ pub(super) fn first_n(scene: &Scene) -> Option<usize> {
 /// The order of the bound of G in n where none is seen yet.
 const USUAL: f64 = 1.5;
 
-/// A mesh between the last one and one far beyond has so many times smaller an n than that: 4 % of its cells in space.
+/// The n of a mesh between the last one and one far beyond is smaller than the latter's by this factor: 4 % of its cells in 3D.
 const NEARER: f64 = 3.0;
 
 /// n and the relative bound on uniform meshes.
@@ -64,7 +64,7 @@ pub(super) fn next_n(wish: &Wish, steps: &[Step]) -> usize {
         return 1;
     };
     let furthest = FURTHEST * n;
-    // What no mesh reaches is said at once, where a rate can be seen.
+    // A tolerance that no mesh reaches is reported immediately, if a rate can be seen.
     let is_possible = relative > COARSE || needed <= LARGEST_N as f64;
     let next = if is_possible && needed > furthest {
         furthest.min(needed / NEARER)

@@ -1,4 +1,4 @@
-//! An accuracy instead of a mesh: solve, certify, refine where the certificate says so, until the relative bound is
+//! An accuracy instead of a mesh: solve, certify, refine where the certificate is large, until the relative bound is
 //! below what was asked for.
 
 mod candidate;
@@ -131,7 +131,7 @@ const COARSE: f64 = 0.1;
 /// An adapted mesh aims at no less than this part of the square of the last bound: what is singular is then resolved
 /// on meshes that are still small.
 const STRIDE: f64 = 0.16;
-/// Where an adapted mesh needs no more than so many times the cells of a uniform one that is there, the first mesh is a
+/// Where an adapted mesh needs no more than this many times the cells of an available uniform one, the first mesh is a
 /// better start.
 const TOO_FINE: f64 = 4.0;
 /// Meshes that do not lower the bound to this part end it when two follow each other.

@@ -38,7 +38,7 @@ fn what_is_far_is_seen_from_nearer() {
     assert_eq!(next(&[(8, 80.0), (16, 20.0)]), (Way::Uniform, 64));
     assert_eq!(next(&[(8, 20.0)]), (Way::Uniform, 32));
     assert_eq!(next(&[(8, 0.038), (16, 0.009501)]), (Way::Uniform, 17));
-    // What is beyond any mesh is said at once.
+    // A tolerance beyond any mesh is reported immediately.
     assert!(next(&[(8, 0.1), (16, 0.099)]).1 > LARGEST_N);
 }
 

@@ -131,7 +131,7 @@ const ITERATED: f64 = 6e-3;
 /// Bytes of a dof: twenty vectors in f32, a dozen in f64, the embedding of P1 and its transpose.
 const OF_DOF: usize = 250;
 
-/// What so many iterations are predicted to take, with the operations and bytes of what else there is.
+/// The predicted cost of `count` iterations; `beside` is the operations and bytes of everything else.
 pub(crate) fn iterations(stiffness: &Stiffness, count: f64, beside: (f64, usize)) -> Choice {
     let Space { mesh, dofs, .. } = stiffness.space();
     let entries = entries(stiffness);
@@ -161,7 +161,7 @@ fn entries(stiffness: &Stiffness) -> usize {
     } = stiffness.space();
     let cells = mesh.cell_count();
     if element.degree() == 2 {
-        // Pairs on a common edge, on a common face beside that, and in a common cell.
+        // Pairs on a common edge, also on a common face, and in a common cell.
         let edges = dofs - mesh.points.len();
         let of_cells = match mesh.dim {
             2 => 12 * cells,

@@ -13,9 +13,9 @@ use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 use faceoff_mesh::parallel;
 
-/// Steps on the energy. Averages alone cost up to a factor of 100 on slivers.
+/// Steps on the energy. Averages without these steps cost up to a factor of 100 on slivers.
 const STEPS: usize = 10;
-/// Those for P2, from few on large meshes to more on small ones: about so many dofs in all of them. At n = 64 the bound of G
+/// Those for P2, from few on large meshes to more on small ones: with about this many dofs in all of them. At n = 64 the bound of G
 /// is 5 % above that of 30 steps with 6, and 3 % with 10.
 const STEPS_OF_SECOND_ORDER: std::ops::RangeInclusive<usize> = 6..=10;
 const DOFS: usize = 400_000;
@@ -35,7 +35,7 @@ enum Bound {
 
 /// v at the vertices, and b on the faces where it is of second order.
 pub(super) struct Admissible {
-    /// An interval on Γ_D alone, where no f64 may be g.
+    /// An interval only on Γ_D, where no f64 may equal g.
     pub vertices: Vec<Interval>,
     /// Empty where all are 0.
     pub faces: Vec<f64>,
@@ -134,7 +134,7 @@ fn flat(mesh: &Triangulation, face: usize, v: &[f64]) -> f64 {
         .sum::<f64>()
 }
 
-/// b of a function of P2: its dofs are the vertices, and in the plane the faces' middles.
+/// b of a function of P2: its dofs are the vertices, and in 2D the midpoints of the faces.
 pub(super) fn bubbles(space: &Space, v: &[f64]) -> Vec<f64> {
     let (vertices, middles) = v.split_at(space.mesh.points.len());
     parallel::collect(middles.len(), |face| {
@@ -192,7 +192,7 @@ fn bounds(problem: &Problem, data: &PreparedData) -> Result<Vec<Bound>> {
             *bound = Bound::Fixed(*g);
         }
     }
-    // Where both meet g has to be below ψ; what cannot be told apart is read as equal.
+    // Where both meet g has to be below ψ; values that cannot be distinguished are taken as equal.
     let values = data.obstacles.iter().flat_map(|obstacle| &obstacle.values);
     let values = values.chain(data.dirichlet.iter().flatten());
     let size = values.fold(0.0, |m: f64, value| m.max(value.magnitude()));
@@ -301,7 +301,7 @@ pub(super) fn steps(space: &Space) -> usize {
     }
 }
 
-/// So many steps for (∇v, ∇φ_i) = b_i where `held` does not hold v; what is held and in one of `parts` moves with all of that.
+/// A given number of steps for (∇v, ∇φ_i) = b_i where `held` does not fix v; fixed dofs in one of `parts` move with all of that part.
 pub(super) fn descend(
     stiffness: &Stiffness,
     diagonal: &[f64],
@@ -325,7 +325,7 @@ pub(super) fn descend(
     conjugate_gradients(
         |x, y| stiffness.times_into(x, y),
         |r, z| {
-            // What is held has no residual, and so no step.
+            // Fixed dofs have no residual, and so no step.
             parallel::update(z, |i, _| if held[i] { 0.0 } else { r[i] / diagonal[i] });
             for (part, square) in parts.iter().zip(&of_parts) {
                 let step = part.iter().map(|&dof| r[dof]).sum::<f64>() / square;

@@ -51,7 +51,7 @@ pub(super) struct Balance {
     pub error: f64,
     /// |(e - ē, |w|)| ≤ spread ‖∇w‖_κ
     pub spread: f64,
-    /// τ by leaves; empty where it is none.
+    /// τ by leaves; empty if there is none.
     pub tau: Vec<Tau>,
     /// ‖τ‖_κ, of what the tree carries where there is no other.
     pub norm: f64,

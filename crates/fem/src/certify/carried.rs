@@ -1,4 +1,4 @@
-//! What a flux on a triangle carries away of data that depend on one axis alone.
+//! The part of data depending on only one axis that a flux on a triangle carries away.
 
 use crate::interval::Interval;
 

@@ -347,7 +347,7 @@ impl<'a> CellFields<'a> {
                 }
             }
         }
-        // A second lift on the same cell has rays of its own: by the triangle inequality.
+        // A second lift on the same cell has separate rays: by the triangle inequality.
         for lift in lifts.iter().skip(1) {
             apart += Interval::at(lift.norms(simplex)[0]);
         }

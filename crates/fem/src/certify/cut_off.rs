@@ -1,4 +1,4 @@
-//! g in space, where it is not linear on every face of Γ_D: v = v₁ + χ (g - I_h g) with v₁ linear on the cells and v₁ = g at the
+//! g in 3D, where it is not linear on every face of Γ_D: v = v₁ + χ (g - I_h g) with v₁ linear on the cells and v₁ = g at the
 //! vertices of Γ_D, where χ is linear on the cells, 1 at the vertices of those faces and 0 at all others.
 //!
 //! χ is 1 on these faces, and g - I_h g is 0 on all other faces of Γ_D: v = g on Γ_D. g is that of its formula also within the cells
@@ -246,7 +246,7 @@ impl<'a> OnCell<'a> {
             let all = of.coefficients.map(|c| c.times_power_of_two(self.unit));
             (all, of.may_jump)
         };
-        // On all of the closed box: a jump at its side alone would be one on Γ_D.
+        // On all of the closed box: a jump only at its side would be one on Γ_D.
         let (on_box, may_jump) = scaled(self.g.enclosure(around, &axes, 2));
         let (at_centre, _) = scaled(self.g.enclosure(centre, &axes, 1));
         let reach: [f64; 3] = std::array::from_fn(|k| {

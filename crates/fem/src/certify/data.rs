@@ -21,11 +21,11 @@ use faceoff_mesh::parallel;
 const TOLERANCE: f64 = 0.006;
 /// Less where v and σ are of second order, as ‖∇u - G‖ is that much smaller on a mesh of ordinary size.
 const OF_SECOND_ORDER: f64 = 0.15;
-/// Leaves beyond one a cell: so many a cell and so many more, and never beyond the last.
+/// Leaves beyond one per cell: this many per cell, plus a constant, but never more than the last.
 const PER_CELL: usize = 60;
 const MORE: usize = 20_000;
 const MOST: usize = 2_000_000;
-/// … and as many times fewer as a formula has so many terms: each leaf takes its derivatives anew.
+/// … and fewer, in proportion, for formulas with more than this many terms: each leaf takes its derivatives anew.
 const TERMS: usize = 64;
 /// Data of sizes beyond these powers of two are scaled.
 const LARGE: i32 = 200;
@@ -48,7 +48,7 @@ pub struct PreparedData {
     pub(super) tractions: Vec<Traction>,
     /// By cells.
     pub(super) lifts: Vec<Lift>,
-    /// The same in space.
+    /// The same in 3D.
     pub(super) cut_offs: Vec<CutOff>,
     /// b with which 4 b λ_a λ_b is the larger part of what g and ψ have beyond their linear interpolants, by faces; empty
     /// where all are 0.
@@ -116,7 +116,7 @@ impl PreparedData {
         &self.lifts[first..first + count]
     }
 
-    /// What v has of g next to Γ_D in space.
+    /// The part of g in v next to Γ_D in 3D.
     pub(super) fn cut_off(&self, cell: usize) -> Option<&CutOff> {
         of_cell(&self.cut_offs, cell)
     }
@@ -240,7 +240,7 @@ pub(super) struct Traction {
     pub rest: f64,
 }
 
-/// What may be spent on one of the data on a part of the mesh with so many simplices of this dimension and measure.
+/// The budget for one of the data on a part of the mesh with a given number of simplices of this dimension and measure.
 fn effort(problem: &Problem, data: &Expression, [count, dim]: [usize; 2], measure: f64) -> Effort {
     let root = 1.0 / dim as f64;
     let h = 1.0 / (count.max(1) as f64).powf(root);

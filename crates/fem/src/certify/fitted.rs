@@ -135,7 +135,7 @@ mod tests {
         })
     }
 
-    /// ψ beside a corner with Γ_D, where v is nearly ψ: what jumps, falls, or has a kink or a spike on the first faces.
+    /// ψ next to a corner with Γ_D, where v is nearly ψ: what jumps, falls, or has a kink or a spike on the first faces.
     const AT_CORNERS: [&str; 7] = [
         "if(x<0.07,0.1,-0.05)",
         "if(x<0.93,-0.05,0.1)",

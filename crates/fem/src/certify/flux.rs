@@ -28,7 +28,7 @@ use faceoff_mesh::parallel;
 /// Cells that one task takes.
 const CHUNK: usize = 1 << 12;
 
-/// σ·n on the contact faces that u_h says: its flux where P(u_h) ≤ 0, with the cell's height for γ
+/// σ·n on the contact faces, from u_h: its flux where P(u_h) ≤ 0, with the cell's height for γ
 /// (with γ itself the paper's law has a spurious flux where nothing touches), and never positive.
 pub(super) fn contact_fluxes(problem: &Problem, u: &[f64], data: &PreparedData) -> Vec<f64> {
     let mesh = problem.space.mesh;

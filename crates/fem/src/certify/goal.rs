@@ -67,7 +67,7 @@ pub(super) struct Known {
     pub friedrichs: f64,
 }
 
-/// c is tried at these multiples of what makes both errors about equal; on many cells at the first alone, as each takes a
+/// c is tried at these multiples of the value that makes both errors about equal; on many cells only at the first, as each needs a
 /// factorisation.
 const FACTORS: [f64; 3] = [1.0, 2.0, 0.5];
 const MANY: usize = 20_000;
@@ -174,7 +174,7 @@ impl<'a> Dual<'a> {
 
 impl Goal {
     /// -<∂ₙu, 1> over some faces of Γ_C or Γ_D; none where others of these have a vertex in common with them: no bound of ∇u
-    /// tells apart what each carries.
+    /// separates what each carries.
     pub fn flux_through(fields: &CellFields, faces: &[usize]) -> Option<Self> {
         let (problem, mesh) = (fields.problem, fields.problem.space.mesh);
         let mut on_boundary = vec![0.0; mesh.points.len()];

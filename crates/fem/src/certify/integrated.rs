@@ -15,7 +15,7 @@ use faceoff_mesh::error::{Error, Result};
 
 /// The integrals that a scheme takes are off where what they move u_h by is more than this part of its error, about …
 const OFF: f64 = 0.1;
-/// … and than this part of ‖τ‖, which the bound has from f alone: what is less adds an eighth to that at most.
+/// … and than this part of ‖τ‖, which the bound has from f only: what is less adds an eighth to that at most.
 const BESIDE_WAVES: f64 = 0.5;
 
 /// The scheme with its integrals, and its solution; none where u_h serves as well.
@@ -64,7 +64,7 @@ fn loads(space: &Space, data: &PreparedData) -> Option<Vec<f64>> {
     }
 }
 
-/// Is ‖δ‖_V' of the difference δ of the loads more than a part of the error that u_h has on a mesh of so many cells? From below: what
+/// Is ‖δ‖_V' of the difference δ of the loads more than a part of the error of u_h on this mesh? From below: what
 /// δ is for u_h itself, and for single φ_i.
 fn is_off(problem: &Problem, u: &[f64], load: &[f64], data: &PreparedData) -> bool {
     let diagonal = problem.stiffness.diagonal();
@@ -185,7 +185,7 @@ mod tests {
     /// A band that no point of the rule meets: 31 % and 90 % with what u_h is by its rule.
     #[test]
     fn bounds_do_not_keep_what_a_rule_is_off_by() {
-        // u depends on y alone, and nothing touches: ∂u/∂y is a y below the band, and a y + 1 above.
+        // u depends only on y, and nothing touches: ∂u/∂y is a y below the band, and a y + 1 above.
         let truth = |a: f64| {
             let cubes =
                 |from: f64, to: f64, slope: f64| (to.powi(3) - from.powi(3)) / (3.0 * slope);

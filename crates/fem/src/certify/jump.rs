@@ -42,13 +42,13 @@ pub(super) struct Cut {
     pub edge: [usize; 2],
     /// … and the share of the edge at its first end.
     pub at: f64,
-    /// So much of the simplex is then on the wrong side, roughly.
+    /// The share of the simplex that is then on the wrong side, roughly.
     pub wrong: f64,
 }
 
 /// Cuts are at multiples of this share of an edge: four on each other have exact shares of a simplex.
 const GRAIN: f64 = 1.0 / (1_u32 << 13) as f64;
-/// A cut is worth it where l is so many times ε on the other side: it would follow its own parts for ever otherwise.
+/// A cut is worth it where l is this many times ε on the other side: it would follow its own parts for ever otherwise.
 const CLEARLY: f64 = 4.0;
 
 /// None where no condition turns over, or its surface is not known.
@@ -199,7 +199,7 @@ mod tests {
     use super::*;
 
     /// Linear functions that are negative at a corner, at two, or nearly: the share where they are below ε is no larger than
-    /// said, by random points, and at one corner it is the share of a cone.
+    /// bounded, by random points, and at one corner it is the share of a cone.
     #[test]
     fn shares_hold_what_points_find() {
         const POINTS: usize = 4000;

@@ -10,10 +10,10 @@
 //!
 //! δ and δ' are enclosed on the leaves of F, so ∇w is a vector and a box on the sector of each leaf. That δ is continuous
 //! is proved, not supposed: on a leaf where an `if` is not decided there is no lift. Where the branches on both sides of a
-//! vertex cannot be told from its value they are read as equal. A face of a tetrahedron has edges in common with others,
+//! vertex cannot be distinguished from its value they are taken as equal. A face of a tetrahedron has edges in common with others,
 //! where δ does not vanish: see [`super::cut_off`].
 //!
-//! Where g is smooth most of δ is 4 b λ_a λ_b, b its value in the middle of F: that is then a part of v of its own, and w the
+//! Where g is smooth most of δ is 4 b λ_a λ_b, b its value in the middle of F: that is then a separate part of v, and w the
 //! lift of what is left.
 
 use super::refusal;
@@ -27,7 +27,7 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 
-/// Leaves of a face: at most so many, fewer once the box is below this part of the vector, in the norm of ∇w.
+/// Leaves of a face: at most this many, fewer once the box is below this part of the vector, in the norm of ∇w.
 const LEAVES: usize = 120;
 const ACCURACY: f64 = 0.1;
 /// |δ| below this, relative to the largest value on the face, is the rounding of a linear function.
@@ -130,7 +130,7 @@ pub(super) enum NoLift {
     Slope,
 }
 
-/// The lifts of g on all faces of Γ_D that need one, in the plane.
+/// The lifts of g on all faces of Γ_D that need one, in 2D.
 ///
 /// # Errors
 /// g that is not in H¹ along Γ_D or cannot be proved to be.
@@ -344,7 +344,7 @@ impl<'a> Face<'a> {
         }
     }
 
-    /// Can the data at an end be told apart from what they are beside it?
+    /// Whether the data at an end can be distinguished from those next to it.
     fn jumps_at(&self, end: usize) -> bool {
         let near = self.value([[0.0, TINY], [1.0 - TINY, 1.0]][end]);
         let vertex = self.values[end];
@@ -410,7 +410,7 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    /// w and ∇w at points anywhere in the sectors are what is said of them, for data with kinks and without.
+    /// w and ∇w at points anywhere in the sectors are within their bounds, for data with kinks and without.
     #[test]
     fn lifts_are_no_farther_from_their_middle_than_said() {
         let mesh = moved(&Scene::find("one-zone").unwrap(), 2, 7);

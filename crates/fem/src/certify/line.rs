@@ -1,6 +1,6 @@
-//! Data that depend on one axis alone, on a triangle that is longer than their waves: s = f - p is the divergence of an explicit flux.
+//! Data that depend on only one axis, on a triangle that is longer than their waves: s = f - p is the divergence of an explicit flux.
 //!
-//! Let f depend on x alone, w(x) be the length of the triangle's section at x and p constant or linear in x with (f - p, 1) = 0.
+//! Let f depend only on x, w(x) be the length of the triangle's section at x and p constant or linear in x with (f - p, 1) = 0.
 //! In the coordinates (x, θ), θ from 0 to 1 along each section, at the height Y(x, θ),
 //!
 //! ```text
@@ -39,7 +39,7 @@ use faceoff_mesh::error::Result;
 use faceoff_mesh::parallel;
 use rayon::prelude::*;
 
-/// Models of what depends on one axis alone by the corners of triangles along it, in order, as bits; where there is one.
+/// Models of data that depend on only one axis, by the corners of triangles along it, in order, as bits; where there is one.
 pub(super) type Lines = HashMap<[u64; 3], Along>;
 
 /// f along an axis as three corners of a triangle have it, the heights of its sections scaled to 1.
@@ -67,7 +67,7 @@ const AT_ONCE: f64 = 64.0;
 const ORDER: f64 = 4.2;
 /// Along one axis this part of what was not known before is little enough.
 const LITTLE: f64 = 3e-4;
-/// p has a slope where the mean square of that is so many times that of s: σ is not a gradient then, and (σ, τ) known less well.
+/// p has a slope where the mean square of that is this many times that of s: σ is not a gradient then, and (σ, τ) known less well.
 const STEEP: f64 = 10.0;
 /// A spot is no longer than this part of a side; where its ends are neighbours in f64 before that, than the other.
 const SPOT: f64 = 1.0 / (1_u64 << 40) as f64;
@@ -104,7 +104,7 @@ pub(super) struct Axis<'a> {
 }
 
 impl Axis<'_> {
-    /// f from one number to another; none where so many pieces do not reach the error wanted.
+    /// f from one number to another; None if this number of pieces does not reach the error wanted.
     pub fn parts(&self, ends: [f64; 2]) -> Option<Vec<Part>> {
         let mut parts = Vec::new();
         (ends[0] >= ends[1] || self.cut(ends, ends[1] - ends[0], &mut parts)).then_some(parts)
@@ -336,7 +336,7 @@ pub(super) fn along(corners: [f64; 3], sides: [&[Part]; 2]) -> Option<Along> {
     mean = mean / half;
     let [slope, of_f] = [slope, of_f].map(|sum| sum / half.mid());
     let mut p = [mean.mid(), slope / variance];
-    // The mean squares of p's slope and of what is left beside it.
+    // The mean squares of p's slope and of the remainder.
     let of_slope = p[1] * p[1] * variance;
     if of_slope < STEEP * (of_f - p[0] * p[0] - of_slope) {
         p[1] = 0.0;
@@ -504,7 +504,7 @@ impl Along {
 }
 
 impl Domain<'_> {
-    /// The axis, where a leaf is the whole of a triangle and the expression depends on one axis alone.
+    /// The axis, where a leaf is the whole of a triangle and the expression depends on only one axis.
     pub(super) fn axis_of(&self, open: &Open, axes: &[usize]) -> Option<usize> {
         match axes {
             [axis] if open.node == 0 && [self.dim, self.space] == [2, 2] => Some(*axis),

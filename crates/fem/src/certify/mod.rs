@@ -1,6 +1,6 @@
-//! Guaranteed bounds of the error, from a discrete field alone.
+//! Guaranteed bounds of the error, from only a discrete field.
 //!
-//! Nothing is asked of u_h: that it solves a scheme, or how well, only makes the bounds small. [`certify`] bounds the error;
+//! Nothing is assumed of u_h: that it solves a scheme, or how well, only makes the bounds small. [`certify`] bounds the error;
 //! [`examine`] gives intervals of numbers of u as well, and what is proved of its contact set. The data are not sampled but
 //! enclosed, and rounding is part of the bounds ([`crate::interval`]).
 #![doc = include_str!("theorem.md")]
@@ -114,7 +114,7 @@ pub struct Parts {
 pub struct Fields {
     /// v at the vertices.
     pub v: Vec<f64>,
-    /// Beside its linear part v has 4 b λ_a λ_b on each face with these b; empty where all are 0.
+    /// Besides its linear part, v has 4 b λ_a λ_b on each face with these b; empty where all are 0.
     pub bubbles: Vec<f64>,
     /// G at each cell's centroid.
     pub gradient: Vec<[f64; 3]>,
@@ -216,7 +216,7 @@ fn refusal(because: impl Into<String>, remedy: impl Into<String>) -> Error {
 /// ```
 ///
 /// # Errors
-/// [`Error::Certificate`] where there is none: a part of the domain that Γ_D does not hold, data on Γ_D or Γ_C
+/// [`Error::Certificate`] if there is none: a part of the domain that Γ_D does not constrain, data on Γ_D or Γ_C
 /// that cannot be continued into the cells, g above ψ, a field that is not g on Γ_D, data that this mesh does not
 /// integrate. Data that are not finite; those of the linear solver.
 pub fn certify(problem: &Problem, u: &[f64]) -> Result<Certificate> {
@@ -491,7 +491,7 @@ fn energy(fields: &CellFields, of_cells: Interval) -> Interval {
         let b = fields.bubbles.get(traction.face).copied().unwrap_or(0.0);
         let slack = Interval::around_zero(up(traction.wave, traction.rest));
         let flat = load_of_face(fields, traction, &fields.corner_values(traction.cell));
-        // In the plane lifts vanish on Γ_N.
+        // In 2D lifts vanish on Γ_N.
         let beyond = fields.data.cut_off(traction.cell).map(CutOff::height);
         let most = up(up(traction.size, traction.wave), traction.rest);
         let beyond = above_of_product(beyond.unwrap_or(0.0), most);

@@ -57,7 +57,7 @@ pub(super) struct Effort {
 struct Boxes {
     /// The derivatives on boxes and at their middles, and whether a jump may be inside.
     derivatives: HashMap<Place, (Vec<Interval>, bool)>,
-    /// Models of what depends on one axis alone.
+    /// Models of data that depend on only one axis.
     on_line: HashMap<PlaceOnLine, Leaf>,
 }
 
@@ -66,7 +66,7 @@ type Place = ([[u64; 2]; 3], usize, bool);
 /// The corners along the axis, as bits, the rest as a [`Place`] has it, and the share of a simplex.
 type PlaceOnLine = ([[u64; 2]; 4], usize, bool, u64);
 
-/// So many boxes are kept.
+/// The number of boxes that are kept.
 const BOXES: usize = 4096;
 
 /// The corners of all parts are exact dyadic combinations, in multiples of 2 to the power of less this.
@@ -78,10 +78,10 @@ pub(super) const WORTH: f64 = 0.25;
 /// The square of h_S ‖r‖_S on spots of a leaf S is no more than this part of that of a jump as high on the whole simplex, or the
 /// leaf is taken to know nothing: what is off the mean on spots would cost more than all else.
 const LITTLE: f64 = 0.0025;
-/// Cuts along jumps may leave so many times the tolerance by their bounds, which are several times too large, more so on small
+/// Cuts along jumps may leave this many times the tolerance by their bounds, which are several times too large, more so on small
 /// leaves.
 const OF_JUMPS: f64 = 100.0;
-/// So many cells are one task at least.
+/// The smallest number of cells per task.
 const TOGETHER: usize = 1024;
 
 /// What becomes of a leaf.
@@ -252,7 +252,7 @@ impl Domain<'_> {
         Improved::Cut(edge, at, Box::new(parts.map(of)))
     }
 
-    /// Cuts all leaves of a tree in halves, so many times, where p + s is nearer to f than p: p is then nearer, too.
+    /// Cuts all leaves of a tree in halves, a given number of times, where p + s is nearer to f than p: p is then nearer, too.
     pub fn straighten(&self, simplex: usize, tree: &mut Tree, times: usize) {
         let (axes, mut boxes) = (self.axes(), Boxes::default());
         let vertices = (self.vertices)(simplex);
@@ -278,7 +278,7 @@ impl Domain<'_> {
         all.filter(|axis| *axis < self.space).collect()
     }
 
-    /// p, s and r on a part of a simplex from so many derivatives along these axes.
+    /// p, s and r on a part of a simplex from a given number of derivatives along these axes.
     fn model(
         &self,
         (simplex, piece, share): (usize, &Piece, f64),
@@ -429,7 +429,7 @@ pub(super) struct Open {
     pub share: f64,
     /// May it not be cut any more?
     pub is_final: bool,
-    /// So many derivatives are taken.
+    /// The number of derivatives.
     pub order: usize,
     pub measure: f64,
     pub leaf: Leaf,
@@ -445,7 +445,7 @@ impl Open {
         !self.leaf.is_smooth || self.leaf.peak > 0.0
     }
 
-    /// May more derivatives say more of it?
+    /// Whether more derivatives may give a better model.
     pub fn may_be_smoother(&self) -> bool {
         self.order < MOST && self.leaf.is_smooth && self.leaf.error >= self.leaf.spots[0]
     }

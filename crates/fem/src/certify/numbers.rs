@@ -17,7 +17,7 @@ mod tests;
 /// Numbers of u, each in its interval.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Numbers {
-    /// <∂ₙu, 1>_C; none where Γ_C meets Γ_D, which carry a share of it that no bound of ∇u tells apart.
+    /// <∂ₙu, 1>_C; none where Γ_C meets Γ_D, which carry a share of it that no bound of ∇u separates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_force: Option<[f64; 2]>,
     /// <∂ₙu, 1>_D = -(f,1) - <t,1>_N - <∂ₙu,1>_C

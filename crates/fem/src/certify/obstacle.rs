@@ -3,7 +3,7 @@
 //! In 2D v is ψ's interpolant and its lift where ψ is not linear. Where there is no lift, in 3D and where ψ jumps or has a
 //! spike, v stays below ψ by as much as its interpolant is above it somewhere on the face: that costs <λ, v-ψ>.
 //!
-//! Where Γ_D meets Γ_C in 2D that line is often below g. There v is ψ's lift as well or, where that costs more or is none, the line
+//! Where Γ_D meets Γ_C in 2D that line is often below g. There v is ψ's lift as well or, where that costs more or does not exist, the line
 //! from c = min(g, ψ) at the corner, s = 0, that is nowhere above ψ and highest at s = 1:
 //!
 //! ```text
@@ -21,12 +21,12 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::parallel;
 
-/// What v stays below ψ for rounding alone, relative to the largest |ψ| on the face.
+/// The distance that v stays below ψ only because of rounding, relative to the largest |ψ| on the face.
 const ROUNDING: f64 = 1e-12;
-/// Leaves of ψ beyond one a face, and of each face.
+/// Leaves of ψ beyond one per face, and of each face.
 const MORE: usize = 20_000;
 const PER_FACE: usize = 32;
-/// So many times a leaf of ψ is cut in halves, in the plane and in space: where ψ is bent a line below the leaf passes below ψ by
+/// The number of times that a leaf of ψ is cut in halves, in 2D and in 3D: where ψ is bent a line below the leaf passes below ψ by
 /// 1/64 and 1/16 of what it would.
 const CUTS: [usize; 2] = [3, 4];
 

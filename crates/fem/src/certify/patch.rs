@@ -208,7 +208,7 @@ mod tests {
     use faceoff_mesh::mesh::CellGeometry;
     use nalgebra::{DMatrix, DVector, Vector3};
 
-    /// A face cut into halves, quarters, … on which t's model is what `leaf` says of the leaf's middle.
+    /// A face cut into halves, quarters, … on which t's model is `leaf` at the leaf's midpoint.
     fn tree(depth: u32, leaf: &dyn Fn(f64) -> Leaf) -> Tree {
         let count = (2_usize << depth) - 1;
         let first_leaf = count / 2;
@@ -281,7 +281,7 @@ mod tests {
         load.dot(&found).sqrt()
     }
 
-    /// Each part of what is left of t, alone: no polynomial of degree 3 makes more of it than its bound.
+    /// Each part of the remainder of t by itself: no polynomial of degree 3 makes more of it than its bound.
     #[test]
     fn no_part_of_a_traction_is_above_its_bound() {
         let mesh = moved(&Scene::find("one-zone").unwrap(), 2, 7);

@@ -152,7 +152,7 @@ mod tests {
     use crate::element::{CR, Space};
     use crate::scene::{Part, Scene};
 
-    /// With loads and given values, and each without the other, in the plane and in space.
+    /// With loads and given values, and each without the other, in 2D and in 3D.
     #[test]
     fn iterations_are_as_good_as_a_factor() {
         for (scene, n) in [("one-zone", 12), ("one-zone-3d", 5)] {

@@ -6,9 +6,9 @@ use super::tree::Leaf;
 use crate::interval::{Interval, above_of_all, above_of_product};
 use crate::scene::expression::{IN_SPACE, Monomials};
 
-/// So many derivatives are taken at first.
+/// The number of derivatives taken at first.
 pub(super) const AT_FIRST: usize = 2;
-/// More are not tried where these leave so many times the range of f: a leaf is then longer than its waves.
+/// More are not tried where these leave this many times the range of f: a leaf is then longer than its waves.
 const FAR: f64 = 4.0;
 
 /// p, s and r from the derivatives on a box and at its centre: of whichever order they leave least.

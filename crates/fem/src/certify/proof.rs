@@ -82,7 +82,7 @@ impl Line {
             })
             .collect();
         faces.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
-        // The domain is on one side of the line alone: no two bodies, and no two sides of a crack.
+        // The domain is only on one side of the line: no two bodies, and no two sides of a crack.
         let level = first[1 - axis];
         let is_above = |k: usize| {
             let geometry = mesh.geometry(contact[k].cell);

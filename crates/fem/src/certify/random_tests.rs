@@ -3,7 +3,7 @@
 //! what the code can do: widths, places and sizes are drawn over decades.
 //!
 //! Contact at the bottom: every term is even in the last coordinate, but b max(0, x-c)² times one with slope 1 at 0. So
-//! ∂ₙu = -b max(0, x-c)² ≤ 0 there, and ψ = u + max(0, c-x)² is touched on [c, 1] alone. Some scenes have the mirror image of that,
+//! ∂ₙu = -b max(0, x-c)² ≤ 0 there, and ψ = u + max(0, c-x)² is touched only on [c, 1]. Some scenes have the mirror image of that,
 //! contact on [0, c], and Γ_D on the sides: at the corner of Γ_D and Γ_C u is pressed against ψ.
 
 use super::*;
@@ -168,7 +168,7 @@ fn decades(random: &mut Random, low: f64, high: f64) -> f64 {
 
 impl Made {
     fn draw(random: &mut Random, dim: usize) -> Made {
-        // In space half of them are 0 on Γ_D.
+        // In 3D half of them are 0 on Γ_D.
         let is_zero = dim == 3 && random.next() < 0.5;
         let last = |factor: Factor| {
             if dim == 3 {

@@ -5,7 +5,7 @@
 //! v = Σ v_i λ_i + Σ_F 4 b_F λ_a λ_b, F = ab, and σ + rot s with a continuous s of the same form, rot s = (∂₂s, -∂₁s). rot s has
 //! no divergence, and its flux through a face is s's derivative along it: none where s is constant, as on Γ_N, and one of mean 0
 //! on a face of Γ_C whose ends have the same value. So nothing changes of the balance of σ and of its mean on any face of Γ_N or
-//! Γ_C. s is that of the least ‖∇v-σ-rot s‖: (∇s, ∇w) = (∇v-σ, rot w), a problem of P2 with a constant of its own on each
+//! Γ_C. s is that of the least ‖∇v-σ-rot s‖: (∇s, ∇w) = (∇v-σ, rot w), a problem of P2 with a separate constant on each
 //! connected part of Γ_N and Γ_C. Any s will do, and what rot s has to make good changes from cell to cell: a few steps of
 //! conjugate gradients are nearly as good as the solution.
 //!
@@ -32,11 +32,11 @@ pub(super) struct Stream {
     pub faces: Vec<f64>,
 }
 
-/// Steps for s. With 10 the bound of G would be 0.4 % smaller at n = 64, and 1 % beside a reentrant corner.
+/// Steps for s. With 10 the bound of G would be 0.4 % smaller at n = 64, and 1 % next to a reentrant corner.
 const STEPS: usize = 6;
 /// On a contact face λ is off its mean by no more than this part of it.
 const OFF_MEAN: f64 = 0.5;
-/// Connected parts of Γ_N and Γ_C beyond so many have the constant 0.
+/// Connected parts of Γ_N and Γ_C beyond this number have the constant 0.
 const MOST_PARTS: usize = 12;
 
 /// P2 where they are.
@@ -70,7 +70,7 @@ impl Stream {
         Linear::gradient(simplex, &values, Some(&faces)).turned()
     }
 
-    /// s for v and σ, given by their values at the points of cells, where λ is as u_h says.
+    /// s for v and σ, given by their values at the points of cells, where λ is that of u_h.
     pub fn new(
         problem: &Problem,
         stiffness: &Stiffness,

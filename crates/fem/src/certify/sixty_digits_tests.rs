@@ -1,4 +1,4 @@
-//! The whole chain in arithmetic of 60 digits, by other formulas, from the numbers that define v, σ and q: what is said of each
+//! The whole chain in arithmetic of 60 digits, by other formulas, from the numbers that define v, σ and q: the bounds of each
 //! cell holds for the exact fields, rounding included, and is no more than rounding above them.
 
 use super::quadratic::{Linear, Quadratic};
@@ -350,7 +350,7 @@ fn fields_on_slivers_are_within_their_rounding() {
     }
 }
 
-/// Sums of exact fields are known up to rounding alone, and what is not known of an argument stays unknown.
+/// Sums of exact fields are known up to only rounding, and what is not known of an argument stays unknown.
 #[test]
 fn a_sum_of_exact_fields_has_its_rounding_and_what_its_terms_did_not_know() {
     let mut random = crate::Random::new(12);

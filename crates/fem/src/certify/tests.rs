@@ -29,7 +29,7 @@ fn points_of_shares(dim: usize) -> impl Fn(f64) -> &'static [([f64; 4], f64)] {
     }
 }
 
-/// The points and weights of a rule of degree 5 on each part of a simplex that is cut into 2^dim parts so many times.
+/// The points and weights of a rule of degree 5 on each part of a simplex that is cut into 2^dim parts a given number of times.
 pub(super) fn points_of_parts(dim: usize, times: usize) -> Vec<([f64; 4], f64)> {
     let mut pieces = vec![WHOLE];
     for _ in 0..times {

@@ -1,4 +1,4 @@
-//! That σ is what the theorem asks for, and that the bounds are put together as it says.
+//! Tests that σ satisfies the assumptions of the theorem, and that the bounds are assembled as in the theorem.
 
 use super::tests::{certified, lifted, sigma, solved, square};
 use super::*;
@@ -79,7 +79,7 @@ fn bounds_are_put_together_as_the_theorem_says() {
         0.25 * misfit * misfit + contact + rest
     });
     let [low, high] = found.energy;
-    // J(v) is known up to a width of its own.
+    // J(v) is known up to a separate width.
     assert!(high - low >= 0.5 * misfit * misfit + contact + ends[0] * eta);
     // ‖o‖ and ‖Q‖ are those of cells and faces.
     let (norms, _) = fields.all_norms().unwrap();
@@ -181,7 +181,7 @@ fn lifts_are_part_of_what_is_known() {
         (charged / (0.5 * square.sqrt()) - 1.0).abs() < 1e-9,
         "{charged} {square}"
     );
-    // -(f, w), w = r δ(s): alone, as nothing else of J(v) is given here.
+    // -(f, w), w = r δ(s): only this, as nothing else of J(v) is given here.
     let load = energy(&fields, Interval::ZERO);
     let mut truth = 0.0;
     for lift in &fields.data.lifts {

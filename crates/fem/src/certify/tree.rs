@@ -22,13 +22,13 @@ pub(super) struct Leaf {
     pub spots: [f64; 2],
     /// … and |r| there, if |s| + |r| is larger than `wave`.
     pub peak: f64,
-    /// May more derivatives say more of it?
+    /// Whether more derivatives may give a better model.
     pub is_smooth: bool,
     /// The ends of the edge where it is cut, or where a cut would follow a jump …
     pub edge: [u8; 2],
     /// … and the share of the part at the first of them; 0 where there is neither.
     pub at: f64,
-    /// So much of it is on the wrong side of a cut along a jump, roughly.
+    /// The share of it on the wrong side of a cut along a jump, roughly.
     pub wrong: f64,
     /// The first of its parts among the nodes of its tree; 0 where it was not cut.
     pub parts: u32,
@@ -154,7 +154,7 @@ impl Tree {
 
     /// Means of all nodes from those of the leaves.
     pub fn averages(&self, mut means: Vec<f64>) -> Vec<f64> {
-        // The parts of a node stand behind it.
+        // The parts of a node come after it.
         for node in (0..means.len()).rev() {
             if let Some([a, b]) = self.below_of(node as u32) {
                 let at = self.leaf(node as u32).at;

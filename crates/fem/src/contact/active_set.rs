@@ -65,7 +65,7 @@ impl BlockPivot {
         }
     }
 
-    /// All, as long as that helps; then the first alone, until there are fewer than ever before.
+    /// All, as long as that helps; then only the first, until there are fewer than ever before.
     fn count(&mut self, violations: usize) -> usize {
         if violations < self.fewest {
             (self.fewest, self.trials) = (violations, TRIALS);
@@ -200,7 +200,7 @@ impl ActiveSet {
         }
     }
 
-    /// 1/(a h_F + (1-a) γ) with the part a of F in contact; 1 for rows that are as they stand.
+    /// 1/(a h_F + (1-a) γ) with the part a of F in contact; 1 for unchanged rows.
     fn scales(&self, scheme: &dyn System) -> Vec<f64> {
         let mut scales = vec![1.0; self.contact.len()];
         for points in faces(scheme.conditions()) {
@@ -278,9 +278,9 @@ fn faces(conditions: &[Condition]) -> Vec<Range<usize>> {
 mod tests {
     use super::*;
 
-    /// Violations of y = Mx + c ≥ 0, x ≥ 0, x·y = 0 where `basic` says which x are not 0; n = 3.
+    /// Violations of y = Mx + c ≥ 0, x ≥ 0, x·y = 0 where `basic` gives the x that are not 0; n = 3.
     fn violations(basic: [bool; 3], c: [f64; 3]) -> Vec<usize> {
-        // Murty's circulant, a P-matrix; rows of what is not basic say x = 0.
+        // Murty's circulant, a P-matrix; rows that are not basic state x = 0.
         let m = [[1.0, 2.0, 0.0], [0.0, 1.0, 2.0], [2.0, 0.0, 1.0]];
         let row = |i: usize, j: usize| {
             if basic[i] {

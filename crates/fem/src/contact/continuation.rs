@@ -18,7 +18,7 @@ const FIRST: f64 = 1e3;
 const LAST: f64 = 1.05;
 
 /// u that solves the scheme, up to rounding in its statuses; none where no path leads there. `steps` counts those of
-/// Newton's method at every γ, which `progress` hears of as 0.
+/// Newton's method at every γ, each reported to `progress` as case 0.
 ///
 /// # Errors
 /// What `progress` returns, and an interruption.

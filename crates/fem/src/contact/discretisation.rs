@@ -36,7 +36,7 @@ pub struct Discretisation {
 }
 
 impl Discretisation {
-    /// A method with what the scene says under `[method]`.
+    /// A method with the values in the scene under `[method]`.
     pub fn of(scene: &Scene, method: Method) -> Self {
         Discretisation {
             method,
@@ -47,7 +47,7 @@ impl Discretisation {
         }
     }
 
-    /// γ₀ of γ = γ₀ h, or what the method has of its own in its place.
+    /// γ₀ of γ = γ₀ h, or the method's own parameter instead.
     pub fn gamma0(&self) -> f64 {
         self.method.gamma0(self.gamma0)
     }

@@ -45,7 +45,7 @@ pub struct Problem<'a> {
     pub cell_rule: Rule,
     /// The same for Γ_C and Γ_N.
     pub face_rule: Rule,
-    /// The stiffness of P1, where that is asked for.
+    /// The stiffness of P1, if requested.
     on_vertices: Arc<OnceLock<Csr>>,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Problem<'a> {
     /// The discrete problem of a scene on a mesh.
     ///
     /// # Errors
-    /// A discretisation that is none in the mesh's dimension, boundary parts that do not fit the mesh, data that are not
+    /// A discretisation that does not exist in the mesh's dimension, boundary parts that do not fit the mesh, data that are not
     /// finite, a connected part of the domain that nothing holds.
     pub fn new(
         scene: &'a Scene,

@@ -33,7 +33,7 @@ impl Held {
         held
     }
 
-    /// How many dofs there are, held or not.
+    /// The number of dofs, constrained or not.
     pub fn len(&self) -> usize {
         self.is_held.len()
     }
@@ -64,7 +64,7 @@ impl Held {
             .zip(values.copied())
     }
 
-    /// What `of` is for each dof, on all cores, by whether it is held.
+    /// The value of `of` for each dof, on all cores, by whether it is constrained.
     pub(super) fn map<T: Send>(&self, of: impl Fn(bool) -> T + Sync) -> Vec<T> {
         parallel::chunks(self.len(), 1 << 14, |chunk| {
             self.is_held[chunk].iter().map(|held| of(*held)).collect()

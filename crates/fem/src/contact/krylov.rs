@@ -81,7 +81,7 @@ struct Preconditioner {
 
 /// An iteration that leaves more than this of its residual has not met rounding.
 const STALLED: f64 = 0.1;
-/// A preconditioner for another contact set is used for so many times the iterations of its own.
+/// A preconditioner for another contact set is used up to this many times the iterations that it needs for its own set.
 const STALE: f64 = 2.0;
 
 impl<'a> Krylov<'a> {
@@ -226,7 +226,7 @@ impl<'a> Krylov<'a> {
 
 impl Krylov<'_> {
     /// Gives u at the free numbers, and the stiffness times that, from the rows that are summed already: rounding in these does
-    /// not matter on the way, and the last step takes the residual from the cells. The same u is asked for again and again.
+    /// not matter on the way, and the last step takes the residual from the cells. The same u is needed repeatedly.
     fn with_product<T>(&self, u: &[f64], take: impl FnOnce(&[f64], &[f64]) -> T) -> T {
         let [v, y] = &mut *self.last.borrow_mut();
         let dofs = &self.free.dofs;
@@ -487,7 +487,7 @@ fn adds_to_rows(scheme: &Scheme) -> bool {
 /// depend on the mesh.
 const ITERATIONS: [f64; 2] = [100.0, 60.0];
 
-/// None where parts are held by contact alone.
+/// None if parts are constrained only by contact.
 fn choice(scheme: &Scheme) -> Option<Choice> {
     let problem = scheme.problem;
     if problem.floating.is_some() {

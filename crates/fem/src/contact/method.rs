@@ -18,13 +18,13 @@ pub struct Method {
 
 const ELEMENTS: [(&str, &dyn Element); 3] = [("cr", &CR), ("p1", &P1), ("p2", &P2)];
 
-/// A law with a name of its own, on its element.
+/// A law with its own name, on its element.
 struct Named {
     name: &'static str,
     element: &'static dyn Element,
     /// The law with a parameter, which those without one ignore.
     law: fn(f64) -> Law,
-    /// The parameter that the name alone means; none for laws without one.
+    /// The default parameter of the name; None for laws without one.
     usual: Option<f64>,
 }
 
@@ -93,7 +93,7 @@ impl Method {
         self.law.is_nitsche()
     }
 
-    /// γ₀ of γ = γ₀ h: the scene's, or what the law has of its own.
+    /// γ₀ of γ = γ₀ h: the scene's, or the law's own.
     pub fn gamma0(&self, of_scene: f64) -> f64 {
         self.law.gamma0().unwrap_or(of_scene)
     }
@@ -101,7 +101,7 @@ impl Method {
 
 /// `cr` is θ = (1, 0), `p1` and `p2` are θ = (1, 1); other members are named with their
 /// parameters, as in `p2(1,0)`. `cr-fc` is `cr` with the flux corrected. The classical methods are `p1-vi`, `cr-vi`, `penalty` and
-/// `multiplier`, the last two with a parameter of their own as in `penalty(0.01)`.
+/// `multiplier`, the last two with a parameter as in `penalty(0.01)`.
 impl FromStr for Method {
     type Err = String;
 
@@ -160,7 +160,7 @@ impl FromStr for Method {
     }
 }
 
-/// θ of the member that is meant by an element's name alone.
+/// θ of the default member for an element's name.
 fn usual(element: &str) -> [f64; 2] {
     if element == "cr" {
         [1.0, 0.0]

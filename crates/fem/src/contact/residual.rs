@@ -46,7 +46,7 @@ impl Rows {
 
     /// The largest, and its row; NaN where there is one.
     pub fn worst(&self) -> (f64, Option<usize>) {
-        // What is not a number must not vanish in the maximum; of equal ones the first is told.
+        // What is not a number must not vanish in the maximum; of equal ones the first is reported.
         let worse = |a: (f64, Option<usize>), b: (f64, Option<usize>)| {
             let is_b = !a.0.is_nan() && (b.0.is_nan() || b.0 > a.0);
             if is_b { b } else { a }
@@ -71,7 +71,7 @@ impl Problem<'_> {
     /// ```
     ///
     /// With u-ψ + [P(u)]₊ = max(u-ψ, γ∂ₙu): the same number without the cancellation. Other laws
-    /// have the same form with functionals of their own, [`Condition`].
+    /// have the same form with different functionals, [`Condition`].
     pub fn residual(&self, u: &[f64]) -> Vec<f64> {
         let mut r = self.stiffness.times(u);
         add(&mut r, &self.load, -1.0);
@@ -95,7 +95,7 @@ impl Problem<'_> {
     /// A row whose terms are all rounding in units of the largest row's is measured by the latter
     /// (M. Arioli, J. W. Demmel, I. S. Duff, SIAM J. Matrix Anal. Appl. 10, 1989): where u = 0 it
     /// would compare one rounding with another. The largest is that of the same connected part: no
-    /// rounding comes from another one, beside which all of u might be small. Nor does a row count for less than a
+    /// rounding comes from another one, compared with which all of u might be small. Nor does a row count for less than a
     /// thousandth of what (∇u,∇v) is at most: elimination leaves each row a rounding of the largest ones.
     pub fn rows(&self, u: &[f64]) -> Rows {
         let mut size = self.stiffness.sizes(u);
@@ -115,7 +115,7 @@ impl Problem<'_> {
         parallel::update(&mut size, |row, size| size + self.load[row].abs());
         let highest = self.largest_in_bodies(|row| Some(u[row].abs()));
         let largest = self.largest_in_bodies(|row| self.is_free(row).then(|| size[row]));
-        // What is that small beside the largest is what rounding has left of 0.
+        // A value that small compared with the largest is 0 up to rounding.
         let scale = |size: f64, largest: f64| match size < 1e3 * f64::EPSILON * largest {
             true => largest,
             false => size,
@@ -138,7 +138,7 @@ impl Problem<'_> {
         !self.dirichlet.holds(row)
     }
 
-    /// The largest number of each connected part, 0 where there is none.
+    /// The largest number of each connected part, 0 if there is none.
     fn largest_in_bodies(&self, of_row: impl Fn(usize) -> Option<f64> + Sync) -> Vec<f64> {
         let (bodies, count) = &self.bodies;
         let none = vec![0.0_f64; *count];
@@ -413,7 +413,7 @@ mod tests {
         assert!(problem.backward_error(&u).0 > 0.01);
     }
 
-    /// In whatever chunk it stands: the first of the largest, and what is not a number before all.
+    /// In any chunk: the first of the largest, and NaN before all.
     #[test]
     fn the_worst_row_is_the_first_of_the_largest() {
         let count = 2 * CHUNK + 5;

@@ -1,7 +1,7 @@
 //! The scheme in the form in which it is solved.
 //!
-//! The rows of the penalty-free law on CR, as (3.2) has them, all hold γ∂ₙu ∂ₙφ: beside γ far from
-//! h the stiffness drowns in it, or it in the stiffness. Combined within each contact cell they say
+//! The rows of the penalty-free law on CR, as (3.2) has them, all contain γ∂ₙu ∂ₙφ: if γ is far from
+//! h, the stiffness drowns in it, or it in the stiffness. Combined within each contact cell they state
 //! the same without that (derived in `law::flux_corrected`; C are the contact faces of the cell κ):
 //!
 //! ```text
@@ -11,7 +11,7 @@
 //!
 //! With ψ + m and ∂ₙu - m/γ for ψ and ∂ₙu the right-hand side m_F becomes 0. Where all of F has one
 //! status γ is not a part of it any more, and h_F, the height of κ over F, serves as well. The
-//! corrected flux has m = 0 from the beginning. Every other law is solved as it stands.
+//! corrected flux has m = 0 from the beginning. Every other law is solved unchanged.
 
 use std::borrow::Cow;
 
@@ -47,7 +47,7 @@ impl<'a> Scheme<'a> {
         rows.flatten().unwrap_or(scheme)
     }
 
-    /// The same scheme as it stands, for iterations that are defined by its rows.
+    /// The same scheme unchanged, for iterations that are defined by its rows.
     pub fn as_it_stands(problem: &'a Problem<'a>) -> Self {
         Scheme {
             problem,

@@ -64,7 +64,7 @@ pub struct Conditioning {
 /// A connected part of the mesh.
 #[derive(Debug, Clone, Copy, serde::Serialize)]
 pub struct PartConditioning {
-    /// κ, from below: relative errors ε in each row as it stands in (2.4) move u by κ ε max|u|.
+    /// κ, from below: relative errors ε in each row of (2.4) move u by κ ε max|u|.
     pub condition: f64,
     /// The backward errors of the two.
     pub residuals: [f64; 2],
@@ -99,7 +99,7 @@ impl Conditioning {
         for (u, rows) in answers.iter().zip(&rows) {
             let set = ActiveSet::new(&*system, &system.restrict(u), Per::Condition);
             let laws = set.laws(&*system, Iteration::Newton);
-            // What is off with g moves u by no more than itself, at least where it is alone.
+            // What is off with g moves u by no more than itself, at least if it is the only error.
             let free = |row: usize| problem.dirichlet[row].is_none();
             for signs in signs(&difference) {
                 let terms = rows.scale.iter().zip(&signs).enumerate();

@@ -15,7 +15,7 @@ use crate::linear::Settings;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
-/// Up to so many conditions with different statuses all choices are tried; beyond, those of the two answers and all that differ from
+/// Up to this many conditions with different statuses, all choices are tried; beyond, those of the two answers and all that differ from
 /// one of them in one condition.
 const ALL_OF: usize = 6;
 /// An answer is one of the solutions that were found if it is this near, relative to their distance.
@@ -98,7 +98,7 @@ pub fn several(
 }
 
 /// The solutions of the scheme, with their backward errors, among those with the statuses of `set` but for some choice of conditions;
-/// each choice starts from a field of its own.
+/// each choice starts from a different field.
 fn solutions<'u>(
     problem: &Problem,
     system: &dyn System,
@@ -256,7 +256,7 @@ mod tests {
             } else if let [a, b, ..] = &found[..] {
                 several_found.set(several_found.get() + 1);
                     println!("{data:?} {rule} {method}: {}", found.len());
-                // And they are told apart from there.
+                // And they are distinguished from there.
                 let told = several(&problem, [a, b], Settings::default()).unwrap();
                 prop_assert!(told.is_some_and(|told| told.found > 1 && told.residuals.iter().all(|r| *r < 1e-12)));
             }

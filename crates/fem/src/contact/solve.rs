@@ -21,7 +21,7 @@ use faceoff_mesh::parallel;
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// A field that is called converged has at most this backward error, or the tolerance where that is larger: by an
-/// increment alone a contact of stiffness γ⁻¹ that is still to come, or to go, is not seen.
+/// increment by itself does not show a contact of stiffness γ⁻¹ that is still to come, or to go.
 const BACKWARD: f64 = 1e-9;
 /// Where steps of refinement stay larger than this part of u, rounding decides what u is.
 const SETTLED: f64 = 1e-3;
@@ -57,7 +57,7 @@ const SLOWEST: f64 = 100.0;
 /// # Errors
 /// What `progress` returns; a fixed point for a method that has none; a stiffness that is not
 /// positive definite, or a singular Newton matrix. An iteration that does not reach its tolerance is
-/// no error: it says so.
+/// not an error: its result states this.
 pub fn solve(
     problem: &Problem,
     iteration: Iteration,
@@ -190,7 +190,7 @@ fn iterate(
             best = (*residual, increments.len(), u);
         }
         u = next;
-        // A small increment says nothing of violations that were left standing.
+        // A small increment does not exclude remaining violations.
         let mut arrived = increment < stop.increment && !set.is_partial();
         let mut changed = if is_newton {
             set.pivot(scheme, &u)

@@ -281,13 +281,13 @@ fn two_runs_are_the_same_and_threads_differ_by_rounding() {
     }
 }
 
-/// 1e-17 beside g = 0 is what rounding leaves, and 1e-9 beside it is not.
+/// A difference of 1e-17 from g = 0 is rounding, and 1e-9 is not.
 #[test]
 fn rounding_on_the_dirichlet_part_is_no_residual() {
     let scene = Scene::find("one-zone").unwrap();
     let mesh = scene.triangulation(Some(4)).unwrap();
     let mut discretisation = Discretisation::of(&scene, "cr".parse().unwrap());
-    // With a large γ the rows on Γ_C are far larger than u, which says nothing of those on Γ_D.
+    // With a large γ the rows on Γ_C are far larger than u, which has no relation to those on Γ_D.
     for gamma0 in [discretisation.gamma0, 1e6] {
         discretisation.gamma0 = gamma0;
         let problem = Problem::new(&scene, &mesh, &discretisation).unwrap();

@@ -290,7 +290,7 @@ fn nothing_that_holds_the_domain_is_refused() {
     let cr = Discretisation::of(&scene(|_, _| {}), Method::cr());
     let refusal = Problem::new(&neumann("-1"), &mesh, &cr).err();
     assert!(refusal.unwrap().to_string().contains("does not press it"));
-    // Pressed on, contact alone holds it: -u'' = 1 with u = ψ at y = 0 and u' = 0 at y = 1. At the
+    // Pressed on, only contact constrains it: -u'' = 1 with u = ψ at y = 0 and u' = 0 at y = 1. At the
     // start, u = 0, the obstacle may be out of reach.
     for method in [Method::cr(), Method::cr_fc(), Method::p2()] {
         for psi in ["0", "0.1", "0.1 + x"] {
@@ -302,7 +302,7 @@ fn nothing_that_holds_the_domain_is_refused() {
             let problem = Problem::new(&scene, &mesh, &Discretisation::of(&scene, method)).unwrap();
             let solution = newton(&problem);
             let flux = quantities(&problem, &solution.u).contact_flux;
-            // v = 1 says so exactly where nothing is tested with γ⁻¹v.
+            // v = 1 shows this exactly where nothing is tested with γ⁻¹v.
             let exact = method != Method::p2() || psi != "0.1 + x";
             let bound = if exact { 1e-11 } else { 0.05 };
             assert!((flux + 1.0).abs() < bound, "{method} {psi} {flux}");
@@ -357,7 +357,7 @@ fn dofs_of_faces_are_those_on_the_face() {
     }
 }
 
-/// The conditions of the variational inequality, with the reaction from the stiffness alone.
+/// The conditions of the variational inequality, with the reaction only from the stiffness.
 #[test]
 fn variational_inequalities_are_complementary() {
     for scene in ["one-zone", "five-zones", "plate"] {
@@ -525,7 +525,7 @@ fn the_classical_methods_give_all_that_is_read_off() {
             }
             let fields = face_fields(&problem, &u, "rust");
             assert!(fields.column("mean").is_some() && fields.column("status").is_some());
-            // Another method's solution is none of this one's.
+            // Another method's solution does not solve this one.
             let other = if method.element.on().faces {
                 "cr"
             } else {

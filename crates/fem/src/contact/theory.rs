@@ -57,7 +57,7 @@ pub fn lifting(problem: &Problem) -> Option<Lifting> {
 
     let cells = problem.contact.iter().map(|f| mesh.geometry(f.cell));
     let h = cells.map(|g| g.diameter).fold(0.0, f64::max);
-    // Cells at Γ_C do not overlap, so that the largest quotient is that of one face alone.
+    // Cells at Γ_C do not overlap, so that the largest quotient is that of a single face.
     let quotient = |face: &ContactFace| {
         let mut v = vec![0.0; space.dofs];
         lift(0, face, 1.0, &mut v);
@@ -76,7 +76,7 @@ pub fn lifting(problem: &Problem) -> Option<Lifting> {
     })
 }
 
-/// (4.2) with w = u₁ - u₂ and v_h = w + ξ_h(w) of Proposition 4.1, for the penalty-free method on CR in the plane:
+/// (4.2) with w = u₁ - u₂ and v_h = w + ξ_h(w) of Proposition 4.1, for the penalty-free method on CR in 2D:
 ///
 /// ```text
 /// c (‖∇w‖² + γ⁻¹‖w + [P(u₁)]₊ - [P(u₂)]₊‖²_C) ≤ A_h(u₁; v_h) - A_h(u₂; v_h)   for all u₁, u₂
@@ -101,7 +101,7 @@ pub struct Positivity {
 /// c is known to this.
 const ACCURACY: f64 = 1e-6;
 
-/// The constant of (4.2), and from which γ₀ on there is one; none in space, for other methods, and where a cell has two contact faces.
+/// The constant of (4.2), and the γ₀ from which it exists; none in 3D, for other methods, and where a cell has two contact faces.
 pub fn positivity(problem: &Problem) -> Option<Positivity> {
     let mut cells: Vec<usize> = problem.contact.iter().map(|face| face.cell).collect();
     cells.sort_unstable();
@@ -244,7 +244,7 @@ mod tests {
         );
     }
 
-    /// With the midpoint alone w = w̄ and s is one number: the form is ‖∇w‖² + (1-s) γ⁻¹w̄²|F| + s γ q² |F|, and c = 1 whatever γ.
+    /// With only the midpoint, w = w̄ and s is one number: the form is ‖∇w‖² + (1-s) γ⁻¹w̄²|F| + s γ q² |F|, and c = 1 whatever γ.
     #[test]
     fn positivity_at_midpoints_has_the_constant_one() {
         let scene = Scene::find("one-zone").unwrap();

@@ -3,7 +3,7 @@
 //! Let w be the difference of two solutions, q = ∂ₙw. Each law max(a, b) of one less that of the other is χ(a₁-a₂) + (1-χ)(b₁-b₂)
 //! with some χ in [0, 1] at each point of Γ_C.
 //!
-//! **Penalty-free on CR** (θ = (1, 0), flux corrected or not). The rows of a contact cell combined (see `scheme`) say that
+//! **Penalty-free on CR** (θ = (1, 0), flux corrected or not). The rows of a contact cell combined (see `scheme`) imply that
 //! mean_F χw + (1-mean χ) γq = 0 on each contact face F, and ‖∇w‖² = Σ_F |F| q mean_F w. With s = Σ_k w_k χ_k ∇w·(x_k - x̄), the
 //! weights summing to 1, and X = mean χ, the law is X mean w + (1-X) γq = -s, so that q mean w ≤ s²/(4X(1-X)γ). Of all χ that
 //! quotient is largest where each χ_k is 0 or 1, since |s| is convex and √(X(1-X)) concave. So w = 0 if in each contact cell κ
@@ -51,7 +51,7 @@ pub enum Doubt {
     Floating,
 }
 
-/// What stands between the scheme and exactly one solution; none where that is shown.
+/// The reason why the scheme may have several solutions; None if there is exactly one.
 pub fn doubt(problem: &Problem) -> Option<Doubt> {
     if problem.contact.is_empty() {
         return None;

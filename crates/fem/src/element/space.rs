@@ -155,7 +155,7 @@ impl<'a> Space<'a> {
     }
 }
 
-/// Numbers what the mesh has no numbering of its own for.
+/// Numbers the entities that the mesh does not number.
 fn number<'a>(mesh: &Triangulation, on: DofEntities) -> (Numbering<'a>, usize) {
     let (edges, cell_edges) = if on.edges {
         mesh.edges()

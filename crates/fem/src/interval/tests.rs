@@ -146,7 +146,7 @@ fn extremes_between_the_ends_are_inside() {
     }
 }
 
-/// Roots and reciprocals in exact arithmetic: those rounded to nearest would be on one side alone.
+/// Roots and reciprocals in exact arithmetic: those rounded to nearest would be on only one side.
 #[test]
 fn roots_and_reciprocals_hold_the_exact_ones() {
     let mut random = crate::Random::new(5);

@@ -116,7 +116,7 @@ mod tests {
     use crate::truth::DEFAULT_RESOLUTION;
     use nalgebra::Vector3;
 
-    /// Against the gradients themselves, by points in 256 parts of each cell: the rule of a scheme has no say in how its error is
+    /// Against the gradients themselves, by points in 256 parts of each cell: the rule of a scheme does not affect how its error is
     /// measured, and each rule has another error.
     #[test]
     fn errors_are_those_of_gradients_whatever_the_rule_of_the_scheme() {

@@ -203,7 +203,7 @@ impl Strength<'_> {
     }
 
     /// The aggregate of each index, and their number. Indices without strong neighbours belong to none:
-    /// the sweeps alone solve for them.
+    /// only the sweeps solve for them.
     fn aggregates(&self) -> (Vec<u32>, usize) {
         let n = self.matrix.rows();
         let mut of = vec![NONE; n];
@@ -230,7 +230,7 @@ impl Strength<'_> {
                 of[i] = first[j as usize];
             }
         }
-        // And what touches none of them makes aggregates of its own.
+        // And those that touch none of them make separate aggregates.
         for i in 0..n {
             if of[i] != NONE || self.strong(i).next().is_none() {
                 continue;

@@ -21,20 +21,20 @@ use faceoff_mesh::parallel;
 use rayon::prelude::*;
 
 const NONE: u32 = u32::MAX;
-/// Seconds of one core, fitted as [`Analysis::seconds`] says.
+/// Seconds on one core, fitted as described in [`Analysis::seconds`].
 const OF_UNKNOWN: f64 = 8e-7;
 const OF_FLOP: f64 = 5e-11;
 
 /// Elements that one task looks at.
 const TASK: usize = 1 << 12;
 
-/// The tree is walked by at most about twice so many tasks, whatever the number of threads.
+/// The tree is walked by at most about twice this many tasks, for any number of threads.
 const TASKS: usize = 64;
 
 /// The order of elimination and the fronts.
 #[derive(Debug)]
 pub struct Analysis {
-    /// The kept unknowns, ascending: the order of the Schur complement. Beside those that were to be kept they are what is
+    /// The kept unknowns, ascending: the order of the Schur complement. Besides those that were to be kept, these are the ones
     /// complete above the frontier.
     pub kept: Vec<u32>,
     /// The eliminated unknowns in their order.
@@ -52,7 +52,7 @@ pub struct Analysis {
 }
 
 impl Analysis {
-    /// `roles` of all unknowns; `ties` couple kept ones beside the elements, fixed ones in them do not matter. Where `is_whole`
+    /// `roles` of all unknowns; `ties` couple kept ones in addition to the elements; fixed ones in them do not matter. Where `is_whole`
     /// nothing else is kept.
     pub fn new(elements: &impl Elements, roles: &[Role], ties: &[&[u32]], is_whole: bool) -> Self {
         // What is done with each element: eliminated with any of its unknowns, or else kept with one.
@@ -75,7 +75,7 @@ impl Analysis {
         let positions = inverse(&[&tree.order], elements.count());
         let (first_at, last_at) = spans(elements, &positions, roles);
         let (mut owners, leaf_at, above) = owners(&tree, &first_at, &last_at);
-        // Of one element aside alone: it can be eliminated before all others.
+        // It belongs to only one element: it can be eliminated before all others.
         let is_private = |k: usize| {
             let [first, last] = [first_at[k], last_at[k]];
             roles[k] == Role::Kept
@@ -105,14 +105,14 @@ impl Analysis {
             Role::Eliminated => is_above(owners[k]),
         };
         let kept = numbers_of(roles.len(), is_kept);
-        // What is kept, by the front that eliminates it: alone by its element, or by a part.
+        // What is kept, by the front that eliminates it: that of its single element, or of a part.
         let (mut alone, mut of_parts) = (Vec::new(), Vec::new());
         for (number, &k) in (0..).zip(&kept) {
             let owner = std::mem::replace(&mut owners[k as usize], NONE);
             if is_private(k as usize) {
                 alone.push((first_at[k as usize], number));
             } else {
-                // An unknown of no element has ties alone, and comes last. Below the frontier one is carried up to it.
+                // An unknown of no element has only ties, and comes last. Below the frontier one is carried up to it.
                 let mut part = owner;
                 while part != NONE
                     && above[part as usize] != NONE
@@ -223,7 +223,7 @@ impl Analysis {
     }
 
     /// Less than [`Analysis::seconds`] but for meshes of very uneven density, from the fronts on one path down the tree, a
-    /// tenth of the work of an analysis; nothing in the plane, where the whole costs little.
+    /// tenth of the work of an analysis; nothing in 2D, where the whole costs little.
     pub(super) fn seconds_at_least(elements: &impl Elements, roles: &[Role]) -> f64 {
         const MOST: u8 = 8;
         let count = elements.count();
@@ -288,7 +288,7 @@ fn numbers_of(count: usize, is_wanted: impl Fn(usize) -> bool + Sync) -> Vec<u32
     })
 }
 
-/// Where each of `count` numbers stands in these lists, one after the other; none of others.
+/// The position of each of `count` numbers in these lists, one after the other; none for others.
 fn inverse(lists: &[&[u32]], count: usize) -> Vec<u32> {
     // Each place is written once; atomic, as all cores write.
     let places: Vec<AtomicU32> = (0..count).map(|_| AtomicU32::new(NONE)).collect();
@@ -362,7 +362,7 @@ fn owners(tree: &Tree, first_at: &[u32], last_at: &[u32]) -> (Vec<u32>, Vec<u32>
     (owners, leaf_at, above)
 }
 
-/// Where elements and unknowns stand in the tree.
+/// The position of elements and unknowns in the tree.
 struct Places<'a> {
     /// The position of each element.
     positions: &'a [u32],
@@ -413,7 +413,7 @@ impl Places<'_> {
         let seen = |e: usize| {
             let position = self.positions[e];
             let leaf = self.leaf_at.get(position as usize).copied();
-            // What a leaf alone has is on no border.
+            // Unknowns of only one leaf are on no border.
             let is_shared =
                 move |k: &u32| leaf.is_some_and(|leaf| self.owners[*k as usize] != leaf);
             let seen = elements.of(e).iter().filter(|&&k| sees[k as usize]);

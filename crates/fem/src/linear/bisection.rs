@@ -2,11 +2,11 @@
 //! (George 1973 on grids; M. Berger, S. Bokhari, IEEE Trans. Comput. 36, 1987).
 //!
 //! The points are sorted along each axis once, and each part keeps its points in all these orders (J. Bentley, J. Friedman,
-//! ACM Comput. Surv. 11, 1979): a cut halves the order of its own axis, and sends each point of the others to its side.
+//! ACM Comput. Surv. 11, 1979): a cut halves the order along its axis, and sends each point of the others to its side.
 
 use faceoff_mesh::parallel;
 
-/// A part with at most so many points is not cut further.
+/// A part with at most this many points is not cut further.
 const LEAF: usize = 4;
 /// Parts from this size on are cut by several threads; the result does not depend on how many.
 const PARALLEL: usize = 1 << 13;
@@ -39,7 +39,7 @@ impl Part {
     }
 }
 
-/// The tree, its parts in postorder: a part stands behind the two that it was cut into.
+/// The tree, its parts in postorder: a part comes after the two that it was cut into.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Tree {
     /// Indices of the points, those of a part side by side.
@@ -369,7 +369,7 @@ mod tests {
                     .map(|axis| bounds(part, axis))
                     .map(|(low, high)| high - low);
                 let longest = extents.into_iter().fold(0.0, f64::max);
-                // As far as f32 tells coordinates apart.
+                // As far as f32 distinguishes coordinates.
                 let is_across = |axis: usize| {
                     extents[axis] > 0.999 * longest - 1e-6
                         && bounds(&a, axis).1 < bounds(&b, axis).0 + 1e-6

@@ -26,7 +26,7 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Rows that one task takes: many tasks for every core, and few enough that a task is worth it.
 const CHUNK: usize = 8192;
 
-/// Room for so many entries of a row saves most of the copies that growing takes; what is not used costs nothing.
+/// Room for this many entries per row saves most of the copies that growing takes; unused room costs nothing.
 const USUAL: usize = 8;
 
 impl Csr {
@@ -171,7 +171,7 @@ impl Csr {
         &mut self.values[self.starts[i]..self.starts[i + 1]]
     }
 
-    /// a_ij, 0 where there is none.
+    /// a_ij, 0 if there is none.
     fn at(&self, i: usize, j: u32) -> f64 {
         let mut row = self.row(i);
         row.find(|&(column, _)| column == j).map_or(0.0, |(_, a)| a)
@@ -214,7 +214,7 @@ impl Csr {
         sums.into_iter().fold(0.0, f64::max)
     }
 
-    /// a_ii, 0 where there is none.
+    /// a_ii, 0 if there is none.
     pub fn diagonal(&self) -> Vec<f64> {
         parallel::collect(self.rows(), |i| self.at(i, i as u32))
     }

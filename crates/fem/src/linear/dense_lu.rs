@@ -12,12 +12,12 @@ use super::kernels::{clear_registers, threads_for};
 
 /// Pivots that are eliminated before all that is behind them is updated.
 const PANEL: usize = 24;
-/// From so many pivots on faer's factorisation takes less time.
+/// From this number of pivots on, faer's factorisation takes less time.
 const LARGE: usize = 96;
 /// In products of fewer multiplications faer's way into its kernels takes longer than the arithmetic.
 pub(super) const SMALL: usize = 20_000;
 
-/// Eliminates the first p rows of a matrix by columns, pivoting among them; the exchanges. L stands below the diagonal, U on it
+/// Eliminates the first p rows of a matrix by columns, pivoting among them; the exchanges. L is below the diagonal, U on it
 /// and above, and what is left of the rest in its place.
 pub(super) fn factor(matrix: &mut [f64], size: usize, p: usize) -> Vec<u32> {
     if p >= LARGE {
@@ -97,7 +97,7 @@ fn factor_large(matrix: &mut [f64], size: usize, p: usize) -> Vec<u32> {
         stack,
         Spec::default(),
     );
-    // The permutation as exchanges: what stands where at each step.
+    // The permutation as exchanges: the position of each row at each step.
     let (mut at, mut place_of): (Vec<usize>, Vec<usize>) = ((0..p).collect(), (0..p).collect());
     let mut swaps = Vec::with_capacity(p);
     for (k, &row) in rows.iter().enumerate() {

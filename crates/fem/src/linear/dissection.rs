@@ -5,7 +5,7 @@
 
 use super::bisection::Tree;
 
-/// A part with at most so many unknowns is eliminated as a whole.
+/// A part with at most this many unknowns is eliminated as a whole.
 const WHOLE: usize = 32;
 
 /// Groups of unknowns in the order of elimination. Row i of the matrix has its entries in `columns[starts[i]..starts[i + 1]]`, in either triangle

@@ -92,7 +92,7 @@ mod tests {
     use super::*;
     use crate::linear::dot;
 
-    /// Where coarse unknowns are the unknowns themselves, but some that are held, sweeps and the rest of the hierarchy make
+    /// Where coarse unknowns are the unknowns themselves, except some that are constrained, sweeps and the rest of the hierarchy make
     /// cycles that contract.
     #[test]
     fn a_hierarchy_of_its_own_goes_on_below_the_sweeps() {

@@ -43,7 +43,7 @@ impl Choice {
 
 /// A factorisation of the eliminated unknowns.
 ///
-/// What is factored is A over a power of two of its own size: the pivots' roots then have the same digits in any unit, and
+/// The factored matrix is A divided by a power of two of its size: the pivots' roots then have the same digits in any unit, and
 /// numbers of f32 their range.
 pub struct Factor {
     kind: FactorKind,
@@ -115,7 +115,7 @@ fn over(b: &[f64], unit: f64) -> Vec<f64> {
     b.iter().map(|b| b / unit).collect()
 }
 
-/// A factor, b condensed, S, and how it was done. The kept unknowns stand in ascending order; more than were to be kept
+/// A factor, b condensed, S, and how it was done. The kept unknowns are in ascending order; more than were to be kept
 /// may be. `ties` couple kept unknowns in matrices that S is to be factored with. None where the solver is to be chosen, and
 /// what is predicted of `instead` is better.
 ///
@@ -312,7 +312,7 @@ impl Factor {
             (FactorKind::Faer(factor), Kind::Faer(solved)) => factor.backward(solved, kept, x),
             (FactorKind::F64(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
             (FactorKind::F32(factor), Kind::Multifrontal(y)) => factor.backward(y, kept, x),
-            // A right-hand side that another factor reduced says nothing here.
+            // A right-hand side that another factor reduced is invalid here.
             _ => x.fill(f64::NAN),
         }
     }

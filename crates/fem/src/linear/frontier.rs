@@ -23,7 +23,7 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// Nothing in so many parts.
+    /// Zero counts for a given number of parts.
     pub fn new(parts: usize) -> Self {
         let [eliminated, kept, border] = [(); 3].map(|()| vec![0; parts]);
         Counts {
@@ -34,9 +34,9 @@ impl Counts {
     }
 }
 
-/// So many factorisations Newton's method takes, as measured; between them corrections of low rank do.
+/// The number of factorisations in Newton's method, as measured; between them low-rank corrections suffice.
 pub(super) const STEPS: f64 = 5.0;
-/// A front costs so many multiplications and additions whatever its size, and so many more for each entry.
+/// The cost of a front in multiplications and additions: a constant, and a number per entry.
 const FRONT: f64 = 2000.0;
 const ENTRY: f64 = 4.0;
 
@@ -50,7 +50,7 @@ pub(super) fn lu(p: f64, b: f64) -> f64 {
     2.0 * cholesky(p, b)
 }
 
-/// What a front of so many unknowns costs besides.
+/// The additional cost of a front with a given number of unknowns.
 pub(super) fn overhead(size: f64) -> f64 {
     FRONT + ENTRY * size * size
 }

@@ -326,7 +326,7 @@ mod tests {
 
     #[test]
     fn zeros_on_the_diagonal_are_no_obstacle() {
-        // Laplace's matrix on a grid, every third value given by a multiplier at its place; and couples far from each other alone.
+        // Laplace's matrix on a grid, every third value given by a multiplier at its place; and only couples far from each other.
         let n = 30;
         let given: Vec<usize> = (0..n * n).step_by(3).collect();
         let mut places: Vec<[f64; 3]> = (0..n * n)

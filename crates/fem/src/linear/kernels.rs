@@ -59,13 +59,13 @@ impl Number for f32 {
     }
 }
 
-/// Up to so many pivots faer's way into its kernels takes longer than the arithmetic.
+/// Up to this many pivots, faer's overhead exceeds the arithmetic.
 const SMALL: usize = 24;
 /// The same for the update, in multiplications and additions.
 const SMALL_UPDATE: usize = 200_000;
-/// Pivots that are eliminated before all that is behind them is updated: products with so many columns are fastest.
+/// Pivots that are eliminated before the remaining columns are updated: products with this many columns are fastest.
 const BLOCK: usize = 128;
-/// From so many on, several threads are worth it.
+/// From this number of operations on, several threads are worth it.
 const PARALLEL: usize = 20_000_000;
 
 /// Σ_i a_i x_i in four parts, which a processor does side by side.
@@ -85,8 +85,8 @@ pub(super) fn dot<T: Number>(a: &[T], x: &[f64]) -> f64 {
 /// Clears the upper halves of this thread's registers, which faer's products leave in use.
 ///
 /// Until that is done each instruction of SSE, of which all that is compiled for any x86-64 consists, waits for what its
-/// register held before: such code took up to twice as long. What a compiler makes for AVX clears them as it returns; a
-/// norm by faer is that.
+/// register contained before: such code took up to twice as long. Code compiled for AVX clears them as it returns; a
+/// norm by faer is such code.
 pub(super) fn clear_registers() {
     std::hint::black_box(ColRef::from_slice(&[1.0_f64; 16]).norm_max());
 }
@@ -100,7 +100,7 @@ pub(super) fn clear_registers_everywhere() {
     rayon::spawn_broadcast(|_| clear_registers());
 }
 
-/// The threads for so many multiplications and additions.
+/// The threads for a given number of multiplications and additions.
 pub(super) fn threads_for(work: usize) -> Par {
     if work > PARALLEL {
         faer::get_global_parallelism()

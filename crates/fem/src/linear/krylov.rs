@@ -19,7 +19,7 @@ pub struct KrylovStop {
     pub steps: usize,
 }
 
-/// Steps between restarts of GMRES: as many vectors are held.
+/// Steps between restarts of GMRES, which is the number of stored vectors.
 const RESTART: usize = 20;
 /// What is left of a residual before a restart: above what rounding to f32 leaves.
 const GAIN: f64 = 1e-6;

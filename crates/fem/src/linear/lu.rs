@@ -31,9 +31,9 @@ pub struct SchurLu {
 /// What is left of a front M = PᵀLU once its pivots p are eliminated from its border b.
 #[derive(Default)]
 struct Eliminated {
-    /// Pivots that fronts below left to this one, which stand first.
+    /// Pivots that fronts below left to this one, which come first.
     late: Vec<u32>,
-    /// None of a front that leaves all of its own.
+    /// None for a front that leaves all of its pivots.
     pivots: usize,
     /// The row that each was exchanged with.
     swaps: Vec<u32>,
@@ -91,7 +91,7 @@ impl SchurLu {
         SchurLu { plan, fronts }
     }
 
-    /// Is a correction of this rank, for which so many solves are missing, cheaper than to factor anew?
+    /// Whether a correction of this rank, for which a given number of solves is missing, is cheaper than a new factorisation.
     pub fn corrects(&self, rank: usize, missing: usize) -> bool {
         let (rank, missing) = (rank as f64, missing as f64);
         let solves = 2.0 * missing * self.plan.entries as f64 + rank * rank * rank / 1.5;
@@ -276,7 +276,7 @@ fn eliminate(
     (front, Update { waiting, matrix })
 }
 
-/// Adds all that comes into a front, by columns: who waited stands first.
+/// Adds all that comes into a front, by columns: delayed pivots come first.
 fn sum(
     plan: &LuPlan,
     front: &Front,
@@ -333,7 +333,7 @@ fn sum(
     }
 }
 
-/// The largest |a|; not a number if one is none.
+/// The largest |a|; NaN if one of them is NaN.
 fn largest(values: &[f64]) -> f64 {
     let mut largest = 0.0;
     for a in values {

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::Entry;
 use super::frontier;
 
-/// The fronts are walked by at most about twice so many tasks, whatever the number of threads.
+/// The fronts are walked by at most about twice this many tasks, for any number of threads.
 const TASKS: f64 = 64.0;
 
 /// The fronts, all that does not depend on values.
@@ -147,7 +147,7 @@ impl LuPlan {
         }
         let whole = (0..count).filter(|&g| !is_below[g]);
         let grain = whole.map(|g| work[g]).sum::<f64>() / TASKS;
-        // Each stands behind those below it, which end where the next one begins.
+        // Each comes after those below it, which end where the next one begins.
         let mut ends = vec![0; count];
         let (mut end, mut level_of) = (count, vec![0; count]);
         for g in (0..count).rev() {

@@ -3,7 +3,7 @@
 //! The matrix is never put together: each leaf of the tree sums its elements into a dense front,
 //! each other front the updates of its two halves; every front eliminates its pivots and hands the
 //! Schur complement on its border up. What arrives above the whole is that of the kept unknowns.
-//! The tree alone decides what is done in which order, so that the result is the same with any
+//! Only the tree decides what is done in which order, so that the result is the same with any
 //! number of threads.
 
 use std::sync::Arc;
@@ -25,7 +25,7 @@ use faceoff_mesh::parallel;
 ///
 /// L is computed in f64. Where it is stored in f32, what rounding took from the sum of a column is added to its diagonal, which
 /// is in f64. With x_p the value at the pivot of column p the energy |Lᵀx|² is so off by rounding of Σ |l_pp l_ip| (x_i - x_p)², which is
-/// of its own size whatever the condition of A: each step of refinement brings six digits.
+/// of its size for any condition number of A: each step of refinement brings six digits.
 pub struct Multifrontal<T> {
     analysis: Analysis,
     /// The columns of L below their diagonals, those of a part behind those of its halves, and the diagonals inverted.
@@ -470,7 +470,7 @@ const COLUMNS: usize = 64;
 /// An update up to this size is added entry by entry, larger ones by runs of them.
 const SHORT: usize = 16;
 
-/// Up to so many rows all of a front is cleared at once, and not only its lower triangle.
+/// Up to this many rows, all of a front is cleared at once, and not only its lower triangle.
 const WHOLE: usize = 64;
 
 /// A front while it is summed.

@@ -1,4 +1,4 @@
-//! The fronts of a tree of elimination: which unknowns each has, and where those of what is below it stand in it
+//! The fronts of a tree of elimination: which unknowns each has, and the position in it of those of the fronts below
 //! (J. Liu, SIAM Review 34, 1992).
 
 use super::Elements;
@@ -102,7 +102,7 @@ impl<E: Elements> Numbering<'_, E> {
         &self.inside[self.before(part.from)..self.before(part.to)]
     }
 
-    /// How many elements that are eliminated stand before this position.
+    /// The number of eliminated elements before this position.
     fn before(&self, position: u32) -> usize {
         position as usize - self.aside_at.partition_point(|at| *at < position)
     }

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use faceoff_mesh::parallel;
 
-/// Zeros that all cores have written. The pages of `vec![0.0; n]` alone are the first user's to ask for, and twice where it
+/// Zeros that all cores have written. With only `vec![0.0; n]`, the first user requests the pages, and twice where it
 /// reads before it writes: each then interrupts all cores.
 pub fn zeros(count: usize) -> Vec<f64> {
     let mut zeros = vec![0.0; count];

@@ -37,7 +37,7 @@ impl<'a, T> Share<'a, T> {
 pub(super) enum Columns<'a, T> {
     /// As they are stored, one behind the other.
     Stored(&'a [T]),
-    /// In a front that has just been eliminated, by columns with so many rows.
+    /// In a front that has just been eliminated, by columns with a given number of rows.
     InFront(&'a [T], usize),
 }
 
@@ -176,7 +176,7 @@ fn backward_front<T: Number>(columns: &[T], inverse: &[f64], x: &mut [f64]) {
     }
 }
 
-/// So many columns at a time: what they are multiplied with is read once for all of them.
+/// The number of columns at a time: the vector that they multiply is read once for all of them.
 const FOUR: usize = 4;
 
 /// The products of four vectors with one.

@@ -20,7 +20,7 @@ use faceoff_mesh::parallel;
 /// Blocks are this part of the rows, and not smaller than a task is worth.
 const BLOCKS: usize = 16;
 const SMALLEST: usize = 1 << 13;
-/// Parts of rows with so many entries are summed side by side.
+/// Parts of rows with this many entries are summed side by side.
 const LONG: usize = 8;
 /// Rows that a task looks at.
 const ROWS: usize = 1 << 12;
@@ -242,13 +242,13 @@ impl Sweeps {
     }
 }
 
-/// Of the size of a number; 1 where that is none.
+/// A power of two of the size of a number; 1 if it is not finite.
 fn power_of_two(size: f64) -> f64 {
     let power = f64::from_bits(size.to_bits() & f64::INFINITY.to_bits());
     if power.is_normal() { power } else { 1.0 }
 }
 
-/// Rounds the entries of a row beside the diagonal; returns the inverse of a diagonal with which their sum is what it was.
+/// Rounds the off-diagonal entries of a row; returns the inverse of a diagonal with which their sum is what it was.
 fn rounded(matrix: &Csr, unit: f64, row: usize, narrow: &mut [(u32, f32)]) -> f64 {
     let (mut diagonal, mut off, mut places) = (0.0, 0.0, narrow.iter_mut());
     for (j, a) in matrix.row(row) {

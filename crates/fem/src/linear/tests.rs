@@ -3,7 +3,7 @@
 use super::*;
 use proptest::prelude::*;
 
-/// Springs between points in 2D, each end also held by a spring of stiffness `ground`.
+/// Springs between points in 2D, each end also fixed by a spring of stiffness `ground`.
 pub(super) struct Network {
     pub points: Vec<[f64; 3]>,
     pub springs: Vec<([u32; 2], f64)>,
@@ -201,7 +201,7 @@ proptest! {
     }
 }
 
-/// A path that is held at one end, whose condition is the square of its length: what rounding to f32 takes from a column must
+/// A path that is fixed at one end, whose condition is the square of its length: what rounding to f32 takes from a column must
 /// neither hold nor push it.
 #[test]
 fn a_factor_in_f32_has_six_digits_whatever_the_condition() {

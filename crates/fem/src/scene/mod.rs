@@ -92,7 +92,7 @@ impl Exact {
 /// Tolerances of results that files hold, as far as a scene gives them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparing {
-    /// Where a field has none of its own.
+    /// The tolerances of fields without separate ones.
     pub of_all: Bounds,
     /// By the names of fields.
     pub of_field: BTreeMap<String, Bounds>,
@@ -118,7 +118,7 @@ pub enum MeshSource {
         /// The rectangle or the box.
         cuboid: Cuboid,
     },
-    /// A mesh file. `n` says what refinement the file counts as; `2^k n` refines it k times. `dim`
+    /// A mesh file. `n` is the refinement that the file counts as; `2^k n` refines it k times. `dim`
     /// is the dimension that the scene is made for, where that is known.
     File {
         /// In any format that [`faceoff_mesh::io`] reads.
@@ -130,7 +130,7 @@ pub enum MeshSource {
     },
     /// A mesh that the program carries with it.
     Embedded {
-        /// Its file name, which says the format.
+        /// Its file name, whose suffix gives the format.
         name: &'static str,
         /// The file.
         bytes: &'static [u8],
@@ -346,8 +346,8 @@ impl Scene {
     /// Finds a scene by a built-in's name or by the path of a TOML file.
     ///
     /// # Errors
-    /// A name that is neither, or a scene that is not valid or names a mesh outside its own folder: it may come from a
-    /// stranger, and what is read may show in messages and reports.
+    /// A name that is neither, or a scene that is not valid or names a mesh outside its own folder: it may be
+    /// untrusted, and the contents of a file may show in messages and reports.
     pub fn find(name: &str) -> Result<Self> {
         Self::find_by(name, false)
     }

@@ -9,7 +9,7 @@
 //! Chebyshev polynomials of the zone are powers of t and the kernel is diagonal:
 //! p dtheta = Σ c_j cos(jφ) dφ gives v = Re[Ψ(t) + (c_0/ω) ln t + Σ a_k cos kZ], c_j = ωjΨ_j, p_0 = c_0 = Ψ_0/(1 - ln β/ω),
 //! β = sin²(alpha/2), a_k = (A_k - p_k e^{-κ}/κ)/cosh κ.
-//! u = 0 on the zone says Re Ψ(e^{iφ}) = w - Σ a_k cos(k theta): all c_j follow, and the p_k in it are so strongly damped
+//! u = 0 on the zone means Re Ψ(e^{iφ}) = w - Σ a_k cos(k theta): all c_j follow, and the p_k in it are so strongly damped
 //! that a few sweeps settle them. p stays bounded at alpha when [tΨ'](-1) + c_0/ω = 0: that finds alpha.
 
 use std::f64::consts::PI;
@@ -20,7 +20,7 @@ use super::half_sine::{HalfSines, fraction_of_pi, trim};
 use super::load::Load;
 use faceoff_mesh::error::{Error, Result};
 
-/// e^{-x} beyond this is no longer seen beside 1.
+/// e^{-x} beyond this does not change 1.
 pub(super) const NEGLIGIBLE: f64 = 42.0;
 
 const SWEEPS: usize = 60;
@@ -192,7 +192,7 @@ impl ContactZone {
         let strength = self.mean_pressure / load.omega();
         let sigma = (0.5 * self.alpha).sin();
         if eta > 2.0 * NEGLIGIBLE {
-            // t is zero beside 1, and ln t = iZ + ln β.
+            // t is negligible compared with 1, and ln t = iZ + ln β.
             return Potential {
                 re: self.coefficient(0) + strength * (2.0 * sigma.ln() - eta),
                 derivative: Complex64::I * strength,

@@ -35,7 +35,7 @@ pub struct Results {
     pub whole: Vec<ResultField>,
     /// Cells that were left out because another process has them as well.
     pub ghosts: usize,
-    /// What the file has beside all this.
+    /// What else the file contains.
     pub unread: Vec<Unread>,
 }
 
@@ -185,7 +185,7 @@ impl Results {
         others
     }
 
-    /// Leaves out the points that no cell has; returns their number. Without cells these are results of their own.
+    /// Leaves out the points that no cell has; returns their number. Without cells, the points are results by themselves.
     pub fn leave_out_orphans(&mut self) -> usize {
         if self.kinds.is_empty() {
             return 0;

@@ -203,7 +203,7 @@ impl Builder {
         self.cells = end;
     }
 
-    /// The group with this tag, new if there is none yet.
+    /// The group with this tag, which is created if necessary.
     pub fn group(&mut self, dim: u8, tag: i64) -> &mut Group {
         let group = self.groups.entry((dim, tag));
         group.or_insert_with(|| Group::new(dim, tag))
@@ -258,7 +258,7 @@ impl Builder {
         known.unwrap_or_else(|| self.cell(kind, nodes, self.new_number(), 0))
     }
 
-    /// Adds cells to the set of this name, new if there is none yet.
+    /// Adds cells to the set of this name, which is created if necessary.
     pub fn set(&mut self, name: &str, cells: impl IntoIterator<Item = u32>) {
         let next = self.sets.len();
         let known = *self.set_of_name.entry(name.to_owned()).or_insert(next);

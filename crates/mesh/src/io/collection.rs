@@ -116,7 +116,7 @@ fn keep_once<K: Clone + Eq + Hash>(items: &mut Vec<K>) {
     items.retain(|item| seen.insert(item.clone()));
 }
 
-/// `file` of each `<DataSet>` and `Source` of each `<Piece>`, beside or below `path`.
+/// `file` of each `<DataSet>` and `Source` of each `<Piece>`, in the folder of `path` or below.
 fn listed(path: &Path, bytes: &[u8]) -> Result<Vec<PathBuf>> {
     let entries = entries_of(path, bytes)?;
     Ok(entries.into_iter().map(|(_, file)| file).collect())

@@ -148,7 +148,7 @@ fn points_of<R: Scalar, L: Scalar>(
     sound.zip(labels_of::<L>(bytes, row, big_endian))
 }
 
-/// The labels at the end of rows of so many bytes.
+/// The labels at the end of rows of a given number of bytes.
 fn labels_of<L: Scalar>(bytes: &[u8], row: usize, big_endian: bool) -> Option<Vec<i32>> {
     let mut labels = Vec::new();
     let sound = rows::fill(

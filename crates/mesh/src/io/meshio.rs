@@ -37,7 +37,7 @@ pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content>
     })
 }
 
-/// Writes a file of the format that meshio calls `format`; the warnings say what is missing in it.
+/// Writes a file of the format that meshio calls `format`; the warnings list what is missing in it.
 ///
 /// # Errors
 /// There is no such environment, meshio fails, or the format cannot hold the mesh; an interruption.
@@ -75,7 +75,7 @@ pub fn write(job: Job<'_>, format: &str) -> Result<Vec<String>> {
     let (kept, lost): (Vec<&Field>, Vec<&Field>) =
         mesh.fields.iter().partition(|field| is_in(field, &back));
     if !lost.is_empty() {
-        // meshio may have written what nobody reads: without these fields the file is what the warnings say.
+        // meshio may have written what nobody reads: without these fields the file is as described by the warnings.
         let fields = kept.into_iter().cloned().collect();
         let rest = Mesh {
             fields,
@@ -203,7 +203,7 @@ fn compare(mesh: &Mesh, back: &Mesh, losses: &mut Losses) {
     }
 }
 
-/// Formats of text may keep so much of the largest value of a field.
+/// Relative to the largest value of a field: the precision that text formats keep.
 const KEPT: f64 = 1e-5;
 
 /// Does a mesh have a field of this name with these values?

@@ -113,7 +113,7 @@ pub struct Native {
     recognises: fn(&[u8]) -> bool,
     /// Reads a file from its bytes; the mesh is checked afterwards.
     read: fn(&Path, &[u8]) -> Result<Content>,
-    /// Writes a mesh and data about it as a whole; the warnings say what the file does not hold.
+    /// Writes a mesh and data about it as a whole; the warnings list what the file cannot store.
     write: Write,
 }
 
@@ -314,7 +314,7 @@ impl Default for Options {
     }
 }
 
-/// Writes a mesh to a temporary file beside `path` and renames it; the warnings say what the file does not hold.
+/// Writes a mesh to a temporary file beside `path` and renames it; the warnings list what the file cannot store.
 ///
 /// ```
 /// use faceoff_mesh::{io, mesh::generate::union_jack};

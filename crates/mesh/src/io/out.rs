@@ -1,4 +1,4 @@
-//! Files are written beside their target and then renamed, so that none is ever incomplete. Bytes are written while the
+//! Files are written next to their target and then renamed, so that none is ever incomplete. Bytes are written while the
 //! next ones are made, since holding a whole file in memory costs more time than writing it.
 
 use std::io::{self, Write};
@@ -54,7 +54,7 @@ impl Beside {
         let written = self.written as i64;
         let mode = FallocateFlags::FALLOC_FL_KEEP_SIZE;
         let made = fallocate(self.file.as_file(), mode, written, room as i64 - written);
-        // Not all file systems can; a full one says so when it is written to.
+        // Not all file systems can; a full one reports this when it is written to.
         self.room = made.is_ok().then_some(room);
     }
 
@@ -76,9 +76,9 @@ impl Beside {
 const BATCH: usize = 1 << 20;
 /// Bytes that one thread makes at a time.
 const SHARE: usize = 1 << 16;
-/// Rows of so many bytes get their room at once.
+/// Up to this many bytes, the room for rows is allocated at once.
 const EXPECTED: usize = 8 << 20;
-/// Bytes that the file system is asked for beyond those that are written.
+/// Bytes requested from the file system beyond those that are written.
 #[cfg(target_os = "linux")]
 const ROOM: u64 = 8 << 20;
 
@@ -87,7 +87,7 @@ impl Out {
     /// written to once all bytes are made.
     ///
     /// # Errors
-    /// [`Error::Io`]: no file can be made beside it.
+    /// [`Error::Io`]: no file can be created next to it.
     pub fn to(path: &Path) -> Result<Self> {
         let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         if is_special(&target) {
@@ -120,7 +120,7 @@ impl Out {
         })
     }
 
-    /// Tells how many more bytes will be appended, at least: to find room for all at once takes less time.
+    /// Announces how many more bytes will be appended at least: finding room for all at once takes less time.
     pub fn expect(&mut self, more: usize) {
         if let Some(file) = &mut self.file {
             file.expected = file
@@ -161,7 +161,7 @@ impl Out {
             let ((), made) = rayon::join(
                 || self.send(),
                 || {
-                    // What it held is left, which takes no time.
+                    // Its contents are left, which takes no time.
                     let mut bytes = std::mem::take(&mut next);
                     bytes.resize(rows * size, 0);
                     make(first, &mut bytes);
@@ -257,7 +257,7 @@ impl Out {
         self.complete(path)
     }
 
-    /// [`Out::save`] also after the end of the run, which results tell of.
+    /// [`Out::save`], also after the end of the run, which results report.
     fn complete(mut self, path: &Path) -> Result<()> {
         self.flush();
         if let Some(error) = self.failed {

@@ -10,7 +10,7 @@ pub fn is_pattern(path: &Path) -> bool {
     name.contains(['*', '?']) && !path.exists()
 }
 
-/// Does a name match a pattern, in which `*` stands for any characters and `?` for one? In time proportional to the product
+/// Whether a name matches a pattern, in which `*` stands for any characters and `?` for one. In time proportional to the product
 /// of their lengths.
 ///
 /// ```

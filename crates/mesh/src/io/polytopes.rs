@@ -14,7 +14,7 @@ pub struct Lists {
 }
 
 impl Lists {
-    /// Appends lists of so many items each.
+    /// Appends lists of a given number of items each.
     ///
     /// # Errors
     /// They are not as many items.
@@ -59,7 +59,7 @@ impl Lists {
     /// The points of the k-th face, which are numbered from 1 on, and the kind of the face.
     ///
     /// # Errors
-    /// There is no such face, or it is none of these points.
+    /// There is no such face, or it does not have these points.
     pub fn face(&self, k: usize, points: &Range<u32>) -> Result<(CellKind, Vec<u32>), String> {
         let corners = self
             .get(k)

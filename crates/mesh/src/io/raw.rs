@@ -16,7 +16,7 @@ use crate::mesh::{Array, CellBlock, Mesh, Values, highest};
 /// Points that one thread makes at a time.
 const SHARE: usize = 1 << 12;
 
-/// How the nodes of cells of one kind stand in a file.
+/// The order of the nodes of cells of one kind in a file.
 pub struct Nodes<'o> {
     /// The file's number of the first point.
     pub base: u32,
@@ -39,7 +39,7 @@ impl RawNumbers<'_> {
         }
     }
 
-    /// Runs of equal rows of so many integers, and the numbers of each run; `None` for others.
+    /// Runs of equal rows of a given number of integers, and the numbers of each run; `None` for others.
     pub fn runs(&self, width: usize) -> Option<(Vec<Range<u32>>, Vec<i64>)> {
         let size = width * with_type!(self.type_name, T => T::WIDTH, 1);
         let runs = rows::runs(&self.bytes, size);
@@ -63,7 +63,7 @@ impl RawNumbers<'_> {
     /// The nodes of cells, as indices of points.
     ///
     /// # Errors
-    /// A number that is none of a point, in words.
+    /// A message for a number that is not that of a point.
     pub fn nodes(&self, of: &Nodes<'_>) -> Result<Array<u32>, String> {
         let in_order = of.order.len() == of.width && of.order.is_sorted();
         let as_they_are = in_order && !of.by_place && of.base == 0 && of.points.start == 0;
@@ -206,7 +206,7 @@ pub fn points(columns: &[(&RawNumbers<'_>, usize)], count: usize) -> Array<[f64;
     }, Array::default())
 }
 
-/// Points at the beginning of rows of so many bytes.
+/// Points at the beginning of rows of a given number of bytes.
 pub fn points_of_rows<T: Scalar, const DIM: usize>(
     bytes: &[u8],
     row: usize,

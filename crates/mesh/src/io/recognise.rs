@@ -68,11 +68,11 @@ pub fn recognise(path: &Path, bytes: &[u8]) -> Option<Format> {
     if let Some((_, name)) = signatures.iter().find(|(word, _)| begins(bytes, word)) {
         return Some(Format::Meshio(name));
     }
-    // Formats known by their suffix alone; a .msh or .mesh that gets here is not what its suffix says.
+    // Formats known only by their suffix; a .msh or .mesh that gets here is not of the format of its suffix.
     Format::of_suffix(path).filter(|format| matches!(format, Format::Meshio(_)))
 }
 
-/// What stands in the root of an HDF5 file, and the format that it tells.
+/// The objects in the root of an HDF5 file, and the format that they identify.
 const ROOTS: [(&str, &str); 6] = [
     ("CGNSLibraryVersion", "cgns"),
     ("VTKHDF", "vtkhdf"),
@@ -82,7 +82,7 @@ const ROOTS: [(&str, &str); 6] = [
     ("coordx", "exodus"),
 ];
 
-/// The format of an HDF5 file, which its root tells and its suffix does not.
+/// The format of an HDF5 file, which its root identifies and its suffix does not.
 fn of_hdf5(path: &Path, bytes: &[u8]) -> Option<Format> {
     let (groups, data) = hdf5::open(path, bytes).and_then(|root| root.names()).ok()?;
     let known = |(name, _): &&(&str, &str)| groups.iter().chain(&data).any(|found| found == name);

@@ -31,7 +31,7 @@ pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<
     of_content(path, content(path, bytes, None, python)?)
 }
 
-/// What is in a file, in the one file of a list, or in a solution and its mesh, which lies beside it unless it is given.
+/// What is in a file, in the one file of a list, or in a solution and its mesh, which is next to it unless it is given.
 pub(super) fn content(
     path: &Path,
     bytes: &[u8],
@@ -148,7 +148,7 @@ fn of_mesh(source: String, mut mesh: Mesh, whole: &[GlobalArray]) -> Results {
     }
     results.points = mesh.points;
     results.groups = mesh.groups;
-    // Texts say where a file comes from.
+    // Texts contain the origin of a file.
     let numbers = whole.iter().filter_map(|data| match &data.values {
         GlobalValues::Numbers(values) => Some((data, values)),
         GlobalValues::Text(_) => None,

@@ -137,7 +137,7 @@ mod tests {
         }
     }
 
-    /// Of widths that make whole arrays or not, into a list that is empty or not; one share may say no.
+    /// Of widths that make whole arrays or not, into a list that is empty or not; one share may refuse.
     #[test]
     fn rows_are_appended_in_order() {
         for (rows, width) in [(0, 3), (7, 13), (239, 3), (241, 3), (9000, 4), (9000, 13)] {

@@ -1,5 +1,5 @@
 //! A cursor over a file's bytes. Declared sizes are checked against the bytes that follow, and every
-//! error says where the cursor is.
+//! error states where the cursor is.
 
 use std::path::{Path, PathBuf};
 
@@ -162,7 +162,7 @@ impl<'a> Scan<'a> {
         line.strip_suffix(b"\r").unwrap_or(line)
     }
 
-    /// A cursor on this line alone, for formats whose lines have meanings; the cursor moves to the next line. `None` at the
+    /// A cursor on only this line, for formats whose lines have meanings; the cursor moves to the next line. `None` at the
     /// end of the file.
     pub fn row(&mut self) -> Option<Scan<'a>> {
         let mut row = self.clone();
@@ -171,7 +171,7 @@ impl<'a> Scan<'a> {
         Some(row)
     }
 
-    /// The same cursor, with an end after so many bytes.
+    /// The same cursor, with an end after a given number of bytes.
     pub fn within(mut self, bytes: usize) -> Self {
         let end = self.pos.saturating_add(bytes).min(self.data.len());
         self.data = self.data.get(..end).unwrap_or(self.data);
@@ -196,7 +196,7 @@ impl<'a> Scan<'a> {
         Ok(())
     }
 
-    /// Moves to the next occurrence of `word`; returns `false` and stays if there is none.
+    /// Moves to the next occurrence of `word`; returns `false` without moving if there is none.
     pub fn seek(&mut self, word: &[u8]) -> bool {
         let found = memchr::memmem::find(self.rest(), word);
         self.pos += found.unwrap_or(0);
@@ -414,7 +414,7 @@ impl<'a> Scan<'a> {
         }
     }
 
-    /// The bytes of so many integers and reals in binary.
+    /// The bytes of these numbers of integers and reals in binary.
     pub fn row_bytes(&self, ints: usize, reals: usize) -> usize {
         ints * if self.wide { 8 } else { 4 } + reals * if self.single { 4 } else { 8 }
     }

@@ -27,7 +27,7 @@ enum Held {
     Views(Box<Content>),
     /// In one file, which is read again for each time.
     Steps(&'static Steps),
-    /// One result alone.
+    /// A single result.
     Single,
     /// One in memory, until it is taken.
     Here(Option<Box<Results>>),
@@ -134,7 +134,7 @@ impl Series {
         }
     }
 
-    /// The k-th of its results; one that is alone can be read once.
+    /// The k-th of its results; a single one can be read once.
     ///
     /// # Errors
     /// Those of [`read_results`]; several files of one time, which are no whole.
@@ -190,7 +190,7 @@ impl Series {
 }
 
 /// What is in a file of any kind, with its times, ascending: in the last file of a list with times, or of a pattern as for
-/// [`Series::open`]; the values of a solution of Medit's are on `mesh`, or else on the mesh beside it.
+/// [`Series::open`]; the values of a solution of Medit's are on `mesh`, or else on the mesh next to it.
 ///
 /// # Errors
 /// Those of [`Series::open`] and [`super::open`]; several files of the last time.

@@ -324,7 +324,7 @@ pub fn distinct_names<'a>(groups: impl Iterator<Item = &'a Group>, longest: usiz
     groups.map(name).collect()
 }
 
-/// The beginning of a text that takes so many bytes at most.
+/// The beginning of a text, of at most a given number of bytes.
 pub fn cut(text: &str, longest: usize) -> String {
     let mut text = text.to_owned();
     while text.len() > longest {

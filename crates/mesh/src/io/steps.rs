@@ -15,12 +15,12 @@ pub struct Stepped<'a> {
     pub name: &'a str,
     pub on: Support,
     pub components: usize,
-    /// At each of the times; one alone if the field has none.
+    /// At each of the times; a single one if the field has none.
     steps: Vec<Option<&'a Field>>,
 }
 
 impl<'a> Steps<'a> {
-    /// A field that lacks a time is told, and NaN there.
+    /// A field that lacks a time is reported, and is NaN there.
     pub fn of(fields: &'a [Field], losses: &mut Losses) -> Self {
         let mut times: Vec<f64> = fields.iter().filter_map(|field| field.time).collect();
         times.sort_by(f64::total_cmp);

@@ -1,6 +1,6 @@
 //! Tables of values as CSV, with a header line of names.
 //!
-//! The names say what a row is: `vertex`, a point by its number from 0; `v0,v1[,v2…]`, a face or cell by the numbers
+//! The names of the columns determine what a row is: `vertex`, a point by its number from 0; `v0,v1[,v2…]`, a face or cell by the numbers
 //! of its vertices; `x,y[,z]`, a point by its coordinates. Every other column is a field, which is missing where the
 //! entry is empty.
 
@@ -19,7 +19,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Results> {
     read_keyed(path, bytes, false)
 }
 
-/// Reads a table of values on a mesh, or of quantities over time: rows with a column `time` or `t`, or numbered as they stand.
+/// Reads a table of values on a mesh, or of quantities over time: rows with a column `time` or `t`, or numbered in the order of the file.
 ///
 /// # Errors
 /// As [`read`].

@@ -638,7 +638,7 @@ fn damage_is_refused_in_words() {
             }
             changed[at] = bytes[at];
         }
-        // A number that no file can mean, wherever a number stands.
+        // A number that is never valid, wherever a number can be.
         let words: Vec<&str> = text
             .split_inclusive(|c: char| c.is_whitespace() || c == ',')
             .collect();

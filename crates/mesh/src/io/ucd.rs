@@ -87,7 +87,7 @@ const LABELS: usize = 1024;
 /// The numbers in the head: nodes, cells, numbers at each node, at each cell, for all.
 type Head = [usize; 5];
 
-/// Whether five integers stand alone on the first line that is not a comment, and a node on the next.
+/// Whether the first line that is not a comment contains only five integers, and the next a node.
 fn is_text(bytes: &[u8]) -> bool {
     let mut scan = Scan::with_comments(Path::new(""), bytes, b'#');
     scan.skip_blanks();

@@ -72,7 +72,7 @@ fn is_next(parts: &[Field], next: &Field) -> bool {
     }
 }
 
-/// The names of the components of a field in a format of scalars, of so many bytes at most: `u` itself, `u_x`, `u_y`, or
+/// The names of the components of a field in a format of scalars, of at most a given number of bytes: `u` itself, `u_x`, `u_y`, or
 /// `u_1`, `u_2`, …, which [`join`] leaves apart.
 pub fn names(field: &Field, longest: usize, losses: &mut Losses) -> Vec<String> {
     let name = &field.name;

@@ -1,4 +1,4 @@
-//! What is written in the text formats is read again, and what they have no place for is told.
+//! Files in the text formats are read again, and data that they cannot store are reported.
 
 use crate::mesh::{CellKind, Mesh};
 
@@ -158,7 +158,7 @@ fn what_is_written_comes_back() {
                 .map(|native| native.title.to_owned())
         );
     }
-    // What a format has no place for is told or refused.
+    // Data that a format cannot store are reported or refused.
     let solids = mesh(&[K::Line, K::Prism18], vec![group(3, 1, None, &[1])]);
     let plane = mesh(&[K::Triangle, K::Triangle6], vec![]);
     for (name, mesh, words) in [

@@ -30,7 +30,7 @@ pub struct Element<'a> {
     pub byte: u64,
     /// References resolved.
     pub attributes: Vec<(String, String)>,
-    /// What stands between the tags, from the first text on that is not blank.
+    /// The text between the tags, starting with the first that is not blank.
     pub texts: Vec<Cow<'a, str>>,
     pub children: Vec<usize>,
     /// What is wrong with its attributes.
@@ -82,7 +82,7 @@ pub fn parse(text: &str) -> Result<Tree<'_>, Fault> {
         let byte = reader.buffer_position();
         let event = reader.read_event().map_err(|error| {
             let what = format!("not well-formed XML: {error}");
-            // What is wrong before says more.
+            // An earlier error is more useful.
             let earlier = tree
                 .elements
                 .iter()
@@ -185,7 +185,7 @@ fn attributes(tag: &BytesStart<'_>) -> (Vec<(String, String)>, Option<String>) {
     (found, None)
 }
 
-/// The attributes of a tag that stands alone, as far as they are sound.
+/// The attributes of a single tag, as far as they are sound.
 pub fn attributes_of(tag: &str) -> Vec<(String, String)> {
     let name = tag.find(|c: char| c.is_ascii_whitespace());
     attributes(&BytesStart::from_content(tag, name.unwrap_or(tag.len()))).0

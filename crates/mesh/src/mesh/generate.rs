@@ -40,7 +40,7 @@ pub struct Cuboid {
 }
 
 impl Cuboid {
-    /// A rectangle or a box, as the number of coordinates says (2 or 3).
+    /// A rectangle or a box, according to the number of coordinates (2 or 3).
     pub fn new<const D: usize>(origin: [f64; D], size: [f64; D]) -> Self {
         let padded = |v: [f64; D]| std::array::from_fn(|k| v.get(k).copied().unwrap_or(0.0));
         Cuboid {
@@ -88,7 +88,7 @@ pub fn union_cube(n: usize, size: [f64; 3]) -> Mesh {
 ///
 /// Groups: bottom 1, right 2, top 3, left 4, front 5, back 6. A side of a rectangle that is split
 /// has two groups: that of the lower coordinates keeps the tag, the other's is larger by 4, and the
-/// names say where each lies, as in `bottom-left` and `bottom-right`. A split that falls on no
+/// names give the position of each, as in `bottom-left` and `bottom-right`. A split that falls on no
 /// vertex is ignored. Boundary faces are oriented outwards.
 ///
 /// # Errors

@@ -29,17 +29,17 @@ pub enum CellKind {
     Quadrangle8,
     /// Order 2: corners, midpoints of edges, the centre.
     Quadrangle9,
-    /// Order 2: corners, then midpoints of edges; the last two stand otherwise than in VTK.
+    /// Order 2: corners, then midpoints of edges; the last two are in a different order than in VTK.
     Tetrahedron10,
-    /// Order 2 with nodes on corners and edges alone.
+    /// Order 2 with nodes only on corners and edges.
     Hexahedron20,
     /// Order 2: corners, edges, faces, the centre.
     Hexahedron27,
-    /// Order 2 with nodes on corners and edges alone.
+    /// Order 2 with nodes only on corners and edges.
     Prism15,
     /// Order 2: corners, edges, quadrangles.
     Prism18,
-    /// Order 2 with nodes on corners and edges alone.
+    /// Order 2 with nodes only on corners and edges.
     Pyramid13,
     /// Order 2: corners, edges, the base.
     Pyramid14,
@@ -49,7 +49,7 @@ pub enum CellKind {
     Polygon(u32),
     /// A polyhedron of this many corners; [`super::Mesh::polyhedra`] has its faces.
     Polyhedron(u32),
-    /// A type that VTK has and Gmsh has not; its nodes stand in VTK's order.
+    /// A type that VTK has and Gmsh lacks; its nodes are in VTK's order.
     Vtk(VtkKind),
 }
 
@@ -61,7 +61,7 @@ pub struct VtkKind {
     points: u32,
 }
 
-/// A type of Gmsh's table that has no variant of its own; made by [`CellKind::from_gmsh`].
+/// A type of Gmsh's table without a separate variant; made by [`CellKind::from_gmsh`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct OtherKind {
     gmsh: u8,
@@ -97,7 +97,7 @@ pub enum Shape {
 use CellKind as K;
 use Shape as S;
 
-/// The variants with a name of their own, in the order of their Gmsh numbers 1 to 19.
+/// The variants with their own name, in the order of their Gmsh numbers 1 to 19.
 const NAMED: [CellKind; 19] = [
     K::Line,
     K::Triangle,
@@ -242,7 +242,7 @@ impl CellKind {
         }
     }
 
-    /// The type up to order 2 of this dimension with so many points, of which there is one at most.
+    /// The type up to order 2 of this dimension with so many points, there is at most one.
     pub fn of_points(dim: u8, points: usize) -> Option<Self> {
         NAMED
             .into_iter()

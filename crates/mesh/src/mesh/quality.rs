@@ -13,9 +13,9 @@ use crate::io::vtu::lattice;
 
 type Point = Vector3<f64>;
 
-/// How many of the worst cells are told.
+/// The number of worst cells that are reported.
 const WORST: usize = 5;
-/// Of cells of a higher order the sides alone are known.
+/// For cells of higher order only the facets are known.
 const MOST_NODES: usize = 125;
 
 /// What is measured, and the ends of the bins between which it is counted.

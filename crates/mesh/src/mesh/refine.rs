@@ -131,7 +131,7 @@ impl Middles<'_> {
             *key = *corner;
         }
         key.sort_unstable();
-        // The centre of a hexahedron is asked for once.
+        // The centre of a hexahedron is needed only once.
         let is_shared = corners.len() <= 4;
         if let Some(&point) = self.known.get(&key).filter(|_| is_shared) {
             return Ok(point);

@@ -66,7 +66,7 @@ pub fn corners(kind: CellKind, nodes: &[u32]) -> Option<&[u32]> {
 }
 
 impl Mesh {
-    /// The corners of each side that one cell of the highest dimension has alone, in their order, with that cell; without the
+    /// The corners of each facet that only one cell of the highest dimension has, in their order, with that cell; without the
     /// sides of polygons and polyhedra.
     ///
     /// # Errors

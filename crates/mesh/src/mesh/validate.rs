@@ -17,7 +17,7 @@ impl Mesh {
                 .all(|flat| flat)
     }
 
-    /// Checks what the types cannot: that indices, lengths and orders are as the fields' comments say.
+    /// Checks what the types cannot: that indices, lengths and orders satisfy the comments of the fields.
     /// Every reader returns a mesh that passes, and every writer checks first.
     ///
     /// # Errors

@@ -38,7 +38,7 @@ pub(in crate::certify) fn by_formula(
     (chi * beyond, chi * slope + beyond * of_chi)
 }
 
-/// w and ∇w at points anywhere are what is said of them, for g with kinks and without.
+/// w and ∇w at points anywhere are within their bounds, for g with kinks and without.
 #[test]
 fn cut_offs_are_no_farther_off_than_said() {
     let mut random = crate::Random::new(5);
@@ -115,10 +115,10 @@ fn harmonic_functions_are_in_their_intervals() {
 }
 
 /// All that v's w is part of, against rules on the faces and on parts of the cells: norms, J(v), means of g and <λ, v-ψ>. v is g
-/// on Γ_D and nowhere above ψ beside it: Γ_D meets Γ_C along two edges.
+/// on Γ_D and nowhere above ψ next to it: Γ_D meets Γ_C along two edges.
 #[test]
 fn cut_offs_are_part_of_all_that_v_is_part_of() {
-    // f and t alone, and a g of degree 2, of which nothing is left: what is charged for one part would hide that another is missing.
+    // Only f and t, and a g of degree 2, of which nothing is left: what is charged for one part would hide that another is missing.
     for g in ["x^2+y^2+0.2*sin(3*x)*z", "x^2+y^2+z"] {
         for data in ["f = \"3-x\"", "t = \"2+y\""] {
             all_that_v_is_part_of(g, data);
@@ -268,7 +268,7 @@ fn g_above_the_obstacle_between_vertices_is_refused() {
     }
 }
 
-/// Jumps inside the cells next to Γ_D, and on Γ_D alone, where the formula is another function within.
+/// Jumps inside the cells next to Γ_D, and only on Γ_D, where the formula is a different function inside.
 #[test]
 fn what_may_jump_is_refused() {
     for g in ["if(x<0.3,0,1)*x^2", "if(z<1,x^2,x^2+1)", "max(0,x-0.3)^0.5"] {

@@ -1,4 +1,4 @@
-//! That an interval is put together as the module says, each part by quadrature.
+//! Tests that an interval is assembled as described in the module, each part by quadrature.
 
 use super::super::quadratic::Quadratic;
 use super::super::tests::{certified, solved, square};
@@ -7,7 +7,7 @@ use crate::contact::Discretisation;
 use crate::quadrature::exact;
 use nalgebra::Vector3;
 
-/// Nothing is known of the primal problem to be wrong: the interval is that of G and v alone.
+/// Nothing is known of the primal problem to be wrong: the interval is that of G and v only.
 const EXACT: Known = Known {
     of_g: 0.0,
     eta: 0.0,
@@ -108,7 +108,7 @@ fn slope(fields: &CellFields, z: &[Interval], cell: usize) -> Vector3<f64> {
         .sum()
 }
 
-/// (q-∇z, G) + (f, z) - <q·n, g>_D - <μ, ψ>_C + (k̄ + div q, v) is in the interval, whose width is a bound of G's bubble alone.
+/// (q-∇z, G) + (f, z) - <q·n, g>_D - <μ, ψ>_C + (k̄ + div q, v) is in the interval, whose width is a bound only of G's bubble.
 #[test]
 fn what_is_computed_is_in_the_interval() {
     with_goal(false, |fields, goal, w, fluxes| {

@@ -255,7 +255,7 @@ fn tips_hold_what_s_may_be() {
     let coefficients = [0.3, -1.1, 0.7, 0.4, -0.2];
     let part = part(1e-15);
     let ([from, to], centre, reach) = (part.ends, part.centre, part.reach);
-    // ℓ ∫ Φ²/w by Gauss' rule within Gauss' rule: exact for polynomials of degree 9, on so many parts.
+    // ℓ ∫ Φ²/w by Gauss' rule within Gauss' rule: exact for polynomials of degree 9, on a given number of parts.
     let (rule, count) = (exact(1, 9), 20);
     let integral = |from: f64, to: f64, of: &dyn Fn(f64) -> f64| -> f64 {
         let h = (to - from) / f64::from(count);

@@ -20,7 +20,7 @@ fn points(dim: usize) -> Vec<([f64; 4], f64)> {
     twice.iter().flat_map(of).collect()
 }
 
-/// On random cells and faces: what is said of f - p holds at the points of a rule, in its mean and in its mean square.
+/// On random cells and faces: the bounds for f - p hold at the points of a rule, in its mean and in its mean square.
 #[test]
 fn models_hold_the_function() {
     let mut random = crate::Random::new(3);
@@ -80,7 +80,7 @@ fn models_hold_the_function() {
                         }
                         // Spots are smaller than what the rule sees.
                         if leaf.is_smooth && leaf.peak == 0.0 {
-                            // The rule has an error of its own.
+                            // The rule itself has an error.
                             let slack = 1e-12 + 1e-5 * size.powi(6);
                             let most = leaf.unknown() + slack;
                             assert!(mean.abs() <= most, "{text} {mean} {leaf:?}");
@@ -103,7 +103,7 @@ fn models_hold_the_function() {
     }
 }
 
-/// The model of an expression on a triangle by so many derivatives.
+/// The model of an expression on a triangle with a given number of derivatives.
 fn on_triangle(text: &str, corners: [[f64; 2]; 3], order: usize) -> Leaf {
     let expression = Expression::parse(text).unwrap();
     let mut vertices = [[0.0; 3]; 4];
@@ -165,7 +165,7 @@ fn what_corners_are_off_is_in_the_error() {
     assert!(off > 20, "{off}");
 }
 
-/// Trees of what jumps on lines and planes: every leaf holds the function at points of it, its spots are no larger than said,
+/// Trees of what jumps on lines and planes: every leaf holds the function at points of it, its spots are no larger than bounded,
 /// and there are few leaves.
 #[test]
 fn leaves_follow_a_jump() {
@@ -229,7 +229,7 @@ fn leaves_follow_a_jump() {
                     mean += beyond / POINTS as f64;
                     square += beyond * beyond / POINTS as f64;
                 }
-                // Six deviations of what so many points find.
+                // Six standard deviations of the result of this number of points.
                 let [of_mean, of_square] = leaf.spots;
                 let found = (of_square / POINTS as f64).sqrt() + leaf.peak / POINTS as f64;
                 assert!(mean <= of_mean + 6.0 * found, "{text} {mean} {leaf:?}");

@@ -7,7 +7,7 @@ use crate::scene::{Boundary, Data, Expression, GroupName, Scene};
 use faceoff_mesh::mesh::generate::union_jack;
 use faceoff_mesh::mesh::{Group, Mesh, Triangulation};
 
-/// The unit square with the lower half of its right side and the left half of its bottom as groups of their own, and its cells in two.
+/// The unit square with the lower half of its right side and the left half of its bottom as separate groups, and its cells in two.
 fn mesh(n: usize) -> Mesh {
     let mut mesh = union_jack(n, [1.0; 2]);
     let cells: Vec<&[u32]> = mesh.blocks.iter().flat_map(|block| block.cells()).collect();
@@ -122,7 +122,7 @@ fn forces_on_groups_of_contact_are_in_their_intervals() {
     // Γ_D is one group, and the mean is that over 0 < x < 1/2.
     assert!(found.dirichlet_fluxes.is_empty());
     is_in(&found.means, "50", 0.5, 0.05);
-    // What meets another group of Γ_C is not told apart from it.
+    // What meets another group of Γ_C cannot be separated from it.
     let found = numbers(
         &mesh(8),
         ["0", t, u],

@@ -26,7 +26,7 @@ use std::collections::BTreeSet;
 const MOST_BALLS: usize = 30;
 /// Where the search begins in a run, until all of them are covered.
 const STARTS: [f64; 3] = [0.5, 0.25, 0.75];
-/// A ball that proves nothing is followed by smaller ones, down to so many lengths of a contact face.
+/// A ball that proves nothing is followed by smaller ones, down to this many lengths of a contact face.
 const SMALLER: f64 = 0.4;
 const SMALLEST: f64 = 2.5;
 /// Leaves of a kernel beyond one a cell.
@@ -212,7 +212,7 @@ struct Ball {
     /// c, and ρ² as the kernel has it
     scale: f64,
     square: f64,
-    /// The cells that the ball or one beside it may meet, nearest first.
+    /// The cells that the ball or one next to it may meet, nearest first.
     around: Vec<Around>,
 }
 

@@ -34,8 +34,8 @@ fn solved<T>(scene: &Scene, mesh: &Mesh, look: impl FnOnce(&CellFields, &Known) 
     look(&fields, &known)
 }
 
-/// u = -2 ((x-½)² + y²) touches ψ = 0 at (½, 0) alone, and f = 8 bends it there: the mean over a half-ball is below 0,
-/// and only the term of F says that the point is not free.
+/// u = -2 ((x-½)² + y²) touches ψ = 0 only at (½, 0), and f = 8 bends it there: the mean over a half-ball is below 0,
+/// and only the term of F shows that the point is not free.
 #[test]
 fn a_point_that_touches_without_a_force_is_not_free() {
     let scene = scene(["8", "-2", "-2*((x-0.5)^2+y^2)", "0"]);

@@ -19,7 +19,7 @@ pub trait Formula {
     /// A value of ψ that is not finite.
     fn conditions(&self, on: &OnContact) -> Result<Vec<Condition>>;
 
-    /// A parameter of its own: γ is this times h_F = d|κ|/|F|. None: γ = γ₀ h of the scene.
+    /// Its own parameter: γ is this times h_F = d|κ|/|F|. None: γ = γ₀ h of the scene.
     fn gamma0(&self) -> Option<f64> {
         None
     }

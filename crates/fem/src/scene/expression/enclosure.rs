@@ -40,7 +40,7 @@ impl Expression {
         self.enclosure::<GRADIENT>(at, &[], 0).value()
     }
 
-    /// Its values and derivatives along `axes`, so many of them as `order`, at all points of a box.
+    /// Its values and the derivatives up to `order` along `axes`, at all points of a box.
     pub fn enclosure<const N: usize>(
         &self,
         at: [Interval; 3],
@@ -51,7 +51,7 @@ impl Expression {
     }
 
     /// The same almost everywhere on a simplex of dimension `simplex` that spans the box: where a condition of `if` turns
-    /// over on a side of the box alone, it is decided.
+    /// over only on a side of the box, it is decided.
     pub fn enclosure_inside<const N: usize>(
         &self,
         at: [Interval; 3],
@@ -73,8 +73,8 @@ impl Expression {
         self.over_by(at, axes, order, inside, &[], None)
     }
 
-    /// With all conditions of `if` in `met`, in the order of the formula's terms. They are taken to be what `chosen` says of
-    /// them; where it says nothing of one that is not decided on the box, a jump may be inside.
+    /// With all conditions of `if` in `met`, in the order of the formula's terms. They are taken to have the values in `chosen`;
+    /// where it has no value for one that is not decided on the box, a jump may be inside.
     pub fn over_by<const N: usize>(
         &self,
         at: [Interval; 3],
@@ -262,7 +262,7 @@ impl Size {
         match function {
             Function::Atan2 => {
                 // The angle of (y, x): x is the ordinate here. Its derivatives are those of atan(x/y), and of -atan(y/x): the
-                // larger divides, or intervals of 1 / (1 + q²) say little.
+                // larger divides, or intervals of 1 / (1 + q²) are too wide.
                 let of = |a: &Taylor<N>, b: &Taylor<N>| {
                     let quotient = self.two_operands(Operator::Divide, a, b);
                     self.one_argument(Function::Atan, &quotient)
@@ -479,7 +479,7 @@ mod tests {
         }
     }
 
-    /// Beside an axis, where one argument of the angle is nearly 0, as well.
+    /// Next to an axis, where one argument of the angle is nearly 0, as well.
     #[test]
     fn derivatives_on_a_small_box_are_nearly_known() {
         let e = Expression::parse("(x^2+y^2)^0.75*sin(1.5*atan2(y,x))").unwrap();
@@ -511,7 +511,7 @@ mod tests {
         let jump = at("if(x < 0.501, 0, 5)", [0.5, 0.502]);
         assert!(jump.may_jump && jump.value() == Interval::new(0.0, 5.0));
         assert!(!at("if(x < 0.501, 0, 5)", [0.502, 0.6]).may_jump);
-        // On a side of the box alone: decided inside, not at all points.
+        // Only on a side of the box: decided inside, not at all points.
         let half = [
             Interval::new(0.25, 0.5),
             Interval::new(0.0, 0.5),

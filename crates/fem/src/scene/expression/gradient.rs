@@ -81,7 +81,7 @@ pub(super) struct Steps(pub(super) Vec<Step>);
 /// A term; others by their places.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Step {
-    /// Of all that no coordinate is in: the bits of the number, and of an interval that holds what it stands for.
+    /// For constants: the bits of the number, and of an interval that contains the value that it stands for.
     Number(u64, [u64; 2]),
     Coordinate(usize),
     Negative(usize),

@@ -33,7 +33,7 @@ impl Node {
             Node::Binary(operator, a, b) => {
                 a.values(points, values, spare);
                 let right = b.others(points, spare);
-                // The loop stands inside the choice, so that it can be one of vectors.
+                // The loop is inside the choice, so that it can be vectorised.
                 match operator {
                     Operator::Add => combine(values, &right, |a, b| a + b),
                     Operator::Subtract => combine(values, &right, |a, b| a - b),
@@ -68,7 +68,7 @@ impl Node {
         }
     }
 
-    /// The values in room of their own.
+    /// The values in separate memory.
     fn others(&self, points: &[[f64; 3]], spare: &mut Vec<Vec<f64>>) -> Vec<f64> {
         let mut values = spare.pop().unwrap_or_default();
         values.resize(points.len(), 0.0);

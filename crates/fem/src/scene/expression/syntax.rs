@@ -1,4 +1,4 @@
-//! From text to terms: the one grammar of scenes, of data and of weak forms. What a name means is for the reader of the terms to say.
+//! From text to terms: the one grammar of scenes, of data and of weak forms. The reader of the terms decides what a name means.
 //!
 //! ```text
 //! sum      = product { ("+" | "-") product }
@@ -124,7 +124,7 @@ impl Parser {
         matches
     }
 
-    /// A term that ends where the parser stands; blanks do not belong to it.
+    /// A term that ends at the position of the parser; blanks do not belong to it.
     fn term(&self, start: usize, kind: Kind) -> Term {
         let mut end = self.at;
         while end > start && self.chars[end - 1].is_whitespace() {

@@ -7,17 +7,17 @@ use crate::interval::Interval;
 
 /// The most derivatives that are taken.
 pub const MOST: usize = 4;
-/// Places for a value and a gradient in space.
+/// Places for a value and a gradient in 3D.
 pub const GRADIENT: usize = 4;
 /// Places for [`MOST`] derivatives along one axis.
 pub const ON_LINE: usize = 5;
-/// Places for second derivatives in the plane, and in space.
+/// Places for second derivatives in 2D and in 3D.
 pub const SECOND_IN_PLANE: usize = 6;
 /// See [`SECOND_IN_PLANE`].
 pub const SECOND_IN_SPACE: usize = 10;
-/// Places for [`MOST`] derivatives in the plane.
+/// Places for [`MOST`] derivatives in 2D.
 pub const IN_PLANE: usize = 15;
-/// The same in space.
+/// The same in 3D.
 pub const IN_SPACE: usize = 35;
 
 /// The coefficients, by degree, and for each degree up to the one wanted from then on.
@@ -29,7 +29,7 @@ pub struct Taylor<const N: usize> {
     pub may_jump: bool,
 }
 
-/// The monomials of so many variables.
+/// The monomials of a given number of variables.
 pub struct Monomials {
     /// By degree; x, y, z come first of theirs.
     pub exponents: Vec<[u8; 3]>,

@@ -123,7 +123,7 @@ fn the_contact_conditions_hold() {
                     "{}: at {p:?} u = {u}, flux = {q}",
                     e.name
                 );
-                // The same from values of u alone, coarser: the transitions are singular.
+                // The same only from values of u, coarser: the transitions are singular.
                 let inside = |s: f64| e.u(shifted(p, side.axis, inward * s));
                 let slope = -apply(ONE_SIDED, 60.0 * h, inside, 0.0, h);
                 assert!(

@@ -13,7 +13,7 @@ use super::{ExactSolution, Point, Text};
 /// What the contact zones send reaches y = 1 with e^{-ω} in the first mode, which c takes away there; the second mode, and what c
 /// does to y = 0, are the error: about e^{-4πN}, below rounding from N = 3 on. Without c it would be e^{-2πN} at y = 1.
 ///
-/// Everything that grows with y is held in units of e^{½ωy}, so that nothing overflows.
+/// Everything that grows with y is stored in units of e^{½ωy}, so that nothing overflows.
 #[derive(Debug, Clone, Copy)]
 pub struct ManyZones {
     n: u32,

@@ -14,7 +14,7 @@ use crate::io::sides::side;
 use crate::memory;
 use crate::mesh::{CellKind, Mesh};
 
-/// All that the files say.
+/// The contents of the files.
 #[derive(Default)]
 pub struct Model {
     pub root: Part,
@@ -52,7 +52,7 @@ const ROOT: &str = "";
 impl Model {
     pub fn build(mut self, scan: &Scan<'_>, unread: &mut Vec<Unread>) -> Result<Mesh> {
         let missing: Vec<Instance> = match self.instances.is_empty() {
-            // A file of parts alone.
+            // A file with only parts.
             true => self
                 .parts
                 .iter()
@@ -234,7 +234,7 @@ impl Building<'_> {
         Ok(())
     }
 
-    /// The points or the cells of a member, by where it stands.
+    /// The points or the cells of a member, by where it is used.
     fn members(
         &mut self,
         scope: Option<&String>,

@@ -3,7 +3,7 @@
 use crate::io::sides::usual_order;
 use crate::mesh::{CellKind, Shape, topology};
 
-/// Beginnings of the names of elements, after which the number of nodes stands, by dimension; longer ones first.
+/// Prefixes of the names of elements, followed by the number of nodes, by dimension; longer ones first.
 const FAMILIES: [(u8, &[&str]); 3] = [
     (
         3,
@@ -28,7 +28,7 @@ const FAMILIES: [(u8, &[&str]); 3] = [
     ),
 ];
 
-/// Lines of two nodes; and beginnings of names of lines, after which a number stands that ends in 2 for three nodes.
+/// Lines of two nodes; and prefixes of names of lines, followed by a number that ends in 2 for three nodes.
 const LINES: [&str; 6] = [
     "SPRINGA", "SPRING2", "DASHPOTA", "GAPUNI", "FRAME2D", "FRAME3D",
 ];

@@ -1,4 +1,4 @@
-//! What files say, before it is a mesh.
+//! The contents of files, before they are converted to a mesh.
 
 use crate::mesh::CellKind;
 
@@ -45,7 +45,7 @@ pub struct Part {
     pub surfaces: Vec<Surface>,
 }
 
-/// A part that is put somewhere; it may have nodes and elements of its own.
+/// An instance of a part; it may have its own nodes and elements.
 #[derive(Debug, Default)]
 pub struct Instance {
     pub name: String,

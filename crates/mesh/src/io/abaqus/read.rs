@@ -24,7 +24,7 @@ const GENERATORS: [&str; 8] = [
     "SUBMODEL",
     "SYMMETRIC MODEL GENERATION",
 ];
-/// Keywords that say nothing of the mesh.
+/// Keywords that do not describe the mesh.
 const SILENT: [&str; 8] = [
     "HEADING",
     "PREPRINT",
@@ -193,7 +193,7 @@ impl Reader<'_> {
         .unwrap_or(&mut model.root)
     }
 
-    /// The place of a set of this name, new if there is none yet.
+    /// The place of a set of this name, which is created if necessary.
     fn set(&mut self, name: Option<&str>, of_nodes: bool) -> Option<usize> {
         let name = name.filter(|name| !name.is_empty())?;
         let sets = &mut self.part().sets;

@@ -9,7 +9,7 @@ use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::mesh::{CellKind, Group};
 
-/// Types of elements that are written, in a plane and in space.
+/// Types of elements that are written, in 2D and in 3D.
 const TYPES: [(CellKind, &str, &str); 17] = [
     (CellKind::Line, "T2D2", "T3D2"),
     (CellKind::Line3, "T2D3", "T3D3"),

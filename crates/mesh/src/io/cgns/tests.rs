@@ -15,7 +15,7 @@ fn array(parent: &mut Group<'_>, name: &str, label: &str, numbers: Vec<i64>) {
     node(parent, name, label, "I4").add(" data", data);
 }
 
-/// Two cubes by their faces; each list has its length before it, as before CGNS 4, or all begin where is said apart.
+/// Two cubes by their faces; each list has its length before it, as before CGNS 4, or all begin at separately listed positions.
 fn read(path: &Path, of_cells: [i64; 12], has_starts: bool) -> Result<Content> {
     let mut file = Group::default();
     describe(&mut file, "HDF5 MotherNode", "Root Node of HDF5 File", "MT");
@@ -101,7 +101,7 @@ fn read(path: &Path, of_cells: [i64; 12], has_starts: bool) -> Result<Content> {
 fn polyhedra_are_cells_and_their_faces_where_conditions_name_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("cubes.cgns");
-    // The face between the two stands the other way round in the second.
+    // The face between the two has the opposite orientation in the second.
     let sound = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, -6, 11];
     for has_starts in [true, false] {
         let content = read(&path, sound, has_starts).unwrap();

@@ -10,7 +10,7 @@ use crate::io::hdf5;
 use crate::io::vtu::array::RawNumbers;
 use crate::mesh::Values;
 
-/// A node with a name, a label that says what it is, and perhaps data.
+/// A node with a name, a label that defines its kind, and perhaps data.
 pub enum Node<'a> {
     Hdf5(hdf5::Group, String),
     Adf(&'a adf::File<'a>, adf::Node),
@@ -121,7 +121,7 @@ impl<'a> Node<'a> {
     }
 
     /// Adds the numbers of this node and of those below that nobody has read, and links; of a name that already exists the
-    /// reader has told why. `at` is where it is.
+    /// reader has reported why. `at` is where it is.
     pub fn unread(&self, at: &str, unread: &mut Vec<Unread>) -> Result<()> {
         cancel::check()?;
         if HARMLESS.contains(&&*self.label()) {

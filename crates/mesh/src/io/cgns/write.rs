@@ -142,7 +142,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
             _ => "EdgeCenter",
         };
         text(boundary, "GridLocation", "GridLocation_t", location);
-        // Gmsh has groups by the family alone.
+        // Gmsh makes groups only from families.
         text(boundary, "FamilyName", "FamilyName_t", name);
         let length = listed.len();
         node(boundary, "PointList", "IndexArray_t", "I4").add(
@@ -255,7 +255,7 @@ fn write_fields<'a>(
     }
 }
 
-/// What each node says of itself.
+/// The header of each node.
 pub(super) fn describe(node: &mut Group<'_>, name: &str, label: &str, kind: &str) {
     if node.has_attributes() {
         return;

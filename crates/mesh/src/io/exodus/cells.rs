@@ -113,7 +113,7 @@ pub fn sides(shape: Shape, is_shell: bool) -> &'static [&'static [usize]] {
     }
 }
 
-/// Whether the sides of an element of two dimensions begin with its faces, as those of shells and of all in space do.
+/// Whether the sides of an element of two dimensions begin with its faces, as those of shells and of all elements in 3D do.
 pub fn is_shell(name: &str, dimension: usize) -> bool {
     dimension == 3 || name.to_ascii_uppercase().contains("SHELL")
 }

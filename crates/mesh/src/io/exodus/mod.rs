@@ -2,7 +2,7 @@
 //!
 //! Read are coordinates, element blocks, sets of elements, sides and nodes, each a group with its number and name, the numbers of
 //! nodes and elements, and the variables on nodes, elements and the whole at all times. Variables on sets, distribution factors
-//! and polyhedra are not, which is told. Written is netCDF-3 with 64-bit offsets: groups are element blocks or, where they
+//! and polyhedra are not, which is reported. Written is netCDF-3 with 64-bit offsets: groups are element blocks or, where they
 //! overlap, element sets, and those of lower dimension node sets and side sets where they can be.
 
 mod cells;

@@ -290,7 +290,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Tells what else is there.
+    /// Reports what else is there.
     fn others(&mut self) -> Result<()> {
         for (names, what) in [
             ("name_nset_var", "node sets"),
@@ -316,7 +316,7 @@ impl Reader<'_> {
         }
         for name in self.file.unread()? {
             let starts = |words: &[&str]| words.iter().any(|word| name.starts_with(word));
-            // Lists of names, numbers and marks that the rest of the file does without; and values told above.
+            // Lists of names, numbers and marks that the rest of the file does not need; and values reported above.
             let told = [
                 "vals_nset",
                 "vals_sset",

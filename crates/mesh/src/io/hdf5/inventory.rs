@@ -21,7 +21,7 @@ use crate::field::Unread;
 
 impl Group {
     /// Adds everything below that nobody has read, by the name that `name` makes of its path; without one it is harmless, and
-    /// of a name that already exists the reader has told why.
+    /// for a name that already exists the reader has reported why.
     pub fn unread(
         &self,
         unread: &mut Vec<Unread>,

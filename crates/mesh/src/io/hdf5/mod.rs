@@ -1,4 +1,4 @@
-//! HDF5: the one place that knows which libraries read and write it. What they are asked for is a tree of groups, data sets of
+//! HDF5: the only place that depends on the libraries that read and write it. Its interface is a tree of groups, data sets of
 //! numbers or texts, and attributes.
 //!
 //! A file is read by the crate `hdf5-reader`, within limits that follow from its size; external links and data outside the
@@ -6,7 +6,7 @@
 //! takes: compact groups and contiguous data.
 
 mod inventory;
-/// A number as it lies in the file, of at most eight bytes, so that the compiler makes one copy of the library's readers and not one for
+/// A number as stored in the file, of at most eight bytes, so that the compiler makes one copy of the library's readers and not one for
 /// each type.
 #[derive(Clone, Copy)]
 #[repr(transparent)]
@@ -296,7 +296,7 @@ impl Data {
         self.file.refuse(&self.name, what)
     }
 
-    /// The number of rows, of columns and so on; none for one number alone.
+    /// The number of rows, of columns and so on; none for a single number.
     pub fn shape(&self) -> Vec<usize> {
         let dims = self.data.shape().iter();
         dims.map(|&dim| usize::try_from(dim).unwrap_or(usize::MAX))
@@ -325,7 +325,7 @@ impl Data {
         )
     }
 
-    /// Takes so many numbers out of what may be unpacked; the bytes of one.
+    /// Subtracts a given number of values from those that may be unpacked; returns the bytes of one.
     fn take(&self, numbers: usize) -> Result<usize> {
         cancel::check()?;
         self.file.read.borrow_mut().insert(self.data.address());

@@ -1,4 +1,4 @@
-//! Writes HDF5 files: groups whose links stand in their headers, contiguous data, attributes. The headers of all objects
+//! Writes HDF5 files: groups whose links are in their headers, contiguous data, attributes. The headers of all objects
 //! come first, then the data, which are made while they are written.
 
 use std::path::Path;
@@ -15,9 +15,9 @@ pub enum Type {
     Signed(u8),
     Unsigned(u8),
     Float(u8),
-    /// So many bytes, with zeros at the end.
+    /// A text of this many bytes, with zeros at the end.
     Text(u32),
-    /// An array of so many small integers.
+    /// An array of this many small integers.
     Bytes(u32),
 }
 
@@ -246,7 +246,7 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// One text of so many bytes.
+    /// One text of a given number of bytes.
     pub fn one_text(text: &str, size: usize) -> Self {
         Data {
             shape: Vec::new(),

@@ -115,7 +115,7 @@ fn not_whole(data: &Data) -> crate::Error {
     data.refuse("it does not contain integers")
 }
 
-/// The families of so many points or cells, numbered from `first` on; 0 where none is given.
+/// The families of `count` points or cells, numbered from `first` on; 0 if none is given.
 fn families_of(group: &Group, first: u32, count: usize) -> Result<Runs> {
     let Some(data) = group.data("FAM")? else {
         return Ok(Runs::new());

@@ -17,7 +17,7 @@ impl<'o> Binary<'o> {
         binary
     }
 
-    /// Begins a section: its keyword, where the next one is, and the number of its rows, which so many bytes follow.
+    /// Begins a section: its keyword, where the next one is, and the number of its rows, followed by a given number of bytes.
     pub fn begin(&mut self, keyword: i32, count: usize, bytes: usize) {
         self.at += 16 + bytes as u64;
         self.ints([keyword]);

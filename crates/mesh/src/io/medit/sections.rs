@@ -97,7 +97,7 @@ impl<'a> Sections<'a> {
         })
     }
 
-    /// The next keyword, which is the section that errors name from here on; the dimension is none. `None` after the last.
+    /// The next keyword, which is the section that errors name from here on; the dimension is not one. `None` after the last.
     pub fn next(&mut self) -> Result<Option<String>> {
         let binary = self.scan.numbers != Numbers::Ascii;
         loop {
@@ -139,7 +139,7 @@ impl<'a> Sections<'a> {
         Ok(Some(self.scan.section.clone()))
     }
 
-    /// The keyword of a binary file, after which stands where the next one is.
+    /// The keyword of a binary file; the position of the next one follows it.
     fn number(&mut self) -> Result<Option<String>> {
         let scan = &mut self.scan;
         if let Some(next) = self.next.take() {

@@ -1,4 +1,4 @@
-//! Medit's `.sol`, text, and `.solb`, binary: values at the vertices or cells of the mesh of the same name beside it.
+//! Medit's `.sol`, text, and `.solb`, binary: values at the vertices or cells of the mesh with the same name in the same folder.
 //!
 //! Each section has a count, the kinds of its fields (1 a scalar, 2 a vector, 3 a symmetric tensor), and a row of all of
 //! them for each item. Fields have no names: they are called `sol`, or `sol 1`, `sol 2`, ….
@@ -106,7 +106,7 @@ struct Column<'a> {
     rows: Vec<usize>,
 }
 
-/// The fields of a mesh in the file for them beside `path`, which is not yet saved; none if there are no fields. What the
+/// The fields of a mesh in their file next to `path`, which is not yet saved; none if there are no fields. What the
 /// format cannot hold is lost.
 ///
 /// # Errors
@@ -199,7 +199,7 @@ pub fn write(
     Ok(Some((path, out)))
 }
 
-/// The name that the k-th of so many fields is read with.
+/// The name with which the k-th of `count` fields is read.
 fn name_of(k: usize, count: usize) -> String {
     match count {
         1 => "sol".into(),
@@ -333,7 +333,7 @@ mod tests {
         assert!(read(Path::new("u.sol"), early, &mesh()).is_err());
     }
 
-    /// A scalar and a vector on points, and a scalar on the triangle alone, as text and in binary.
+    /// A scalar and a vector on points, and a scalar only on the triangle, as text and in binary.
     #[test]
     fn what_is_written_is_read_and_the_rest_told() {
         let folder = tempfile::tempdir().unwrap();

@@ -11,7 +11,7 @@ use crate::io::vtu::scalar::Scalar;
 use crate::mesh::{CellKind, Mesh};
 
 /// Writes a mesh, with two coordinates if it lies in the plane z = 0; in binary if asked to, or by the suffix `.meshb`. Fields
-/// are in a file of their own beside it.
+/// are in a separate file next to it.
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let mut labels = Labels::of_cells(mesh, &mut losses);

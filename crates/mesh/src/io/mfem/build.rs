@@ -1,4 +1,4 @@
-//! The mesh of what a file says.
+//! The mesh of a file.
 
 use std::collections::{HashMap, HashSet};
 

@@ -39,7 +39,7 @@ struct Element {
 /// A named set of attributes.
 type Set = (String, Vec<i64>);
 
-/// What the file says.
+/// The contents of the file.
 #[derive(Default)]
 struct Raw {
     elements: Vec<Element>,

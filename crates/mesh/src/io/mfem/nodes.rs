@@ -66,7 +66,7 @@ impl Nodes {
         })
     }
 
-    /// The order of the space; 0 where its name does not say.
+    /// The order of the space; 0 if its name does not give it.
     pub fn order(&self) -> usize {
         match self.collection.as_str() {
             "Linear" => 1,

@@ -128,7 +128,7 @@ impl<'a> Reader<'a> {
         }
         self.scan.numbers = Numbers::Ascii;
         if self.scan.peek() != Some(end.as_bytes()) && !self.ends_otherwise(&end, numbers) {
-            // The declared count or the numbers are wrong; in binary the byte says more than the line.
+            // The declared count or the numbers are wrong; in binary the byte is more useful than the line.
             self.scan.numbers = numbers;
             return Err(self
                 .scan

@@ -106,7 +106,7 @@ fn nodes(writer: &mut Writer<'_>, wholes: &[Entity]) {
     writer.end_section("Nodes");
 }
 
-/// The lowest and the highest of `count` numbers, which are 1, 2, 3, … if there are none of their own.
+/// The lowest and the highest of `count` numbers, which are 1, 2, 3, … if the file has none.
 fn range(own: impl Iterator<Item = u64>, count: usize) -> (u64, u64) {
     let wider = |range: Option<(u64, u64)>, tag: u64| {
         let (low, high) = range.unwrap_or((tag, tag));

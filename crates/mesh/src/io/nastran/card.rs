@@ -49,7 +49,7 @@ impl Card<'_> {
         }
     }
 
-    /// A number, which may have a sign for its exponent alone, as in 1.5-3; 0 where the field is empty.
+    /// A number, whose exponent may have only a sign, as in 1.5-3; 0 where the field is empty.
     pub fn real(&self, place: usize) -> Result<f64> {
         let text = self.field(place);
         if text.is_empty() {

@@ -1,4 +1,4 @@
-//! What the cards of a file say, and of the files that it includes.
+//! The contents of the cards of a file, and of the files that it includes.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -239,7 +239,7 @@ impl Reader {
         let property = if first == 2 { card.whole(1)? } else { 0 };
         self.elements.push(Element {
             number: card.whole(0)?,
-            // An element has the property of its own number if it names none.
+            // An element without a property has the property with its own number.
             property: i64::try_from(property).unwrap_or(0),
             kind,
             nodes,

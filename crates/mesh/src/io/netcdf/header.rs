@@ -1,4 +1,4 @@
-//! The header of a netCDF-3 file: what is declared, held against the bytes that there are.
+//! The header of a netCDF-3 file: what is declared, checked against the bytes that there are.
 
 use std::collections::HashMap;
 use std::path::Path;

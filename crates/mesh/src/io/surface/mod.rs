@@ -1,6 +1,6 @@
 //! Surfaces of polygons as graphics programs have them: OBJ, OFF, PLY and STL. Read here, written by meshio.
 //!
-//! Normals, textures and the like are told.
+//! Normals, textures and the like are reported.
 
 pub mod obj;
 pub mod off;

@@ -35,7 +35,7 @@ fn is_obj(bytes: &[u8]) -> bool {
 /// Bytes of the longest name.
 const LONGEST: usize = 4096;
 
-/// The names of sets, and faces in these: the numbers of their points, and where they stand.
+/// The names of sets, and faces in these: the numbers of their points, and their position in the file.
 type Run<'a> = (Vec<String>, Vec<(Vec<i64>, Scan<'a>)>);
 
 /// Points, faces and lines; the objects, groups and materials that cells are in are groups.

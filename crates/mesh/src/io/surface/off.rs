@@ -38,7 +38,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     }
     let mut surface = Surface::default();
     let (points, faces) = (scan.count("points", 6)?, scan.u64()?);
-    // The number of edges, which says nothing.
+    // The number of edges, which is not needed.
     scan.u64()?;
     let faces = scan.believe(faces, "faces", 4)?;
     let mut more = 0;

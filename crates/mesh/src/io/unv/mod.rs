@@ -19,7 +19,7 @@ pub static FORMAT: Native = Native {
     write: write::write,
 };
 
-/// Whether the first line is -1 alone and the second a number alone.
+/// Whether the first line is only -1 and the second only a number.
 fn recognises(bytes: &[u8]) -> bool {
     let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
     let first = lines.by_ref().find(|line| !line.is_empty());

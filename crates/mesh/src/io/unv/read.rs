@@ -217,7 +217,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Coordinate systems: told if they are not the usual one.
+    /// Coordinate systems: reported if they are not the default one.
     fn systems(&mut self) -> Result<()> {
         self.line()?;
         self.line()?;

@@ -1,7 +1,7 @@
 //! VTK's legacy format, `.vtk`, of versions 1.0 to 5.1, as text and in binary.
 //!
 //! Reading takes all kinds of grids; structured ones become meshes of hexahedra, quadrangles or lines, strips are cut up.
-//! Tables of colours and texts are not read, which is told. Writing gives an unstructured grid, with groups and names as
+//! Tables of colours and texts are not read, which is reported. Writing gives an unstructured grid, with groups and names as
 //! VTU has them, of version 4.2, or 5.1 where VTK takes nodes of high order for others before.
 //!
 //! The crate `vtkio` (0.7.0-rc2) is the oracle of the tests, in both directions, and not the reader: of 143 files of other

@@ -87,7 +87,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Texts: a line each, or in binary each after its length, in whose first two bits stands the width of the length.
+    /// Texts: one line each, or in binary each after its length, whose first two bits contain the width of the length.
     pub(super) fn skip_texts(&mut self, kind: &str, count: u64) -> Result<()> {
         self.scan.believe(count, "texts", 1)?;
         self.scan.skip_blanks();

@@ -90,7 +90,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         encoding: "binary-little".into(),
         ..Decoded::default()
     };
-    // What is there at all times of a file with steps are numbers about the mesh alone, which the restored mesh takes out.
+    // In a file with steps, only numbers about the mesh are there at all times; the restored mesh takes them out.
     let version = reader.root.integers("Version").unwrap_or_default();
     let version: Vec<String> = version.iter().map(i64::to_string).collect();
     let (mut others, mut fields) = (0, Vec::new());
@@ -348,7 +348,7 @@ impl Reader {
         ]))
     }
 
-    /// The arrays on the points or cells of a part, before which there are so many of the step.
+    /// The arrays on the points or cells of a part; `before` is their number in the earlier parts of the step.
     fn arrays(
         &mut self,
         on: Support,

@@ -175,7 +175,7 @@ fn member(name: &str) -> String {
     name.replace('/', "_")
 }
 
-/// The numbers of a column in rows of so many, or in a plain list.
+/// The numbers of a column in rows of a given length, or in a plain list.
 fn column(values: Column<'_>, width: usize) -> Data<'_> {
     let kind = match values.type_name() {
         "Int8" => Type::Signed(1),

@@ -120,7 +120,7 @@ fn is_in_order(places: &[usize]) -> bool {
 /// What a cell of VTK is here: cells of a kind, each with some of its nodes.
 pub(super) struct Meaning {
     pub kind: CellKind,
-    /// How many cells: strips are several, and a cell of no extent is none.
+    /// The number of cells: a triangle strip counts as several, and an empty cell as none.
     pub parts: usize,
     /// The nodes of the parts, as places among those of the cell; `None` for all in their order.
     pub nodes: Option<Vec<usize>>,
@@ -137,7 +137,7 @@ impl Meaning {
     }
 }
 
-/// What cells of VTK's type `code` and so many points are; `None` if there are none. `vtk` is the order of the nodes of
+/// The kind of cells with VTK's type `code` and this many points; `None` if there are none. `vtk` is the order of the nodes of
 /// Lagrange cells.
 ///
 /// Lagrange cells are what dolfinx writes for meshes of any order; those of order one and two are the classical cells.
@@ -163,7 +163,7 @@ pub(super) fn meaning(code: u8, points: usize, vtk: Order) -> Option<Meaning> {
         }
         (6 | 7 | 76, 3) => K::Triangle,
         (6, n) => {
-            // Each second triangle stands the other way round.
+            // Every second triangle has the opposite orientation.
             let nodes = (2..n).flat_map(|end| [end - 2 + end % 2, end - 1 - end % 2, end]);
             return Some(several(K::Triangle, n - 2, nodes.collect()));
         }

@@ -15,7 +15,7 @@ pub(crate) struct Extent {
 pub(crate) struct Frame {
     pub origin: [f64; 3],
     pub spacing: [f64; 3],
-    /// The directions of the axes, a matrix by rows; those of space where there is none.
+    /// The directions of the axes, a matrix by rows; those of space if there is none.
     pub direction: Option<[f64; 9]>,
 }
 

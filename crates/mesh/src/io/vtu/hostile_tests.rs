@@ -314,7 +314,7 @@ fn bombs_are_refused_before_they_unpack() {
     let refusal = on_points.refusal();
     assert!(refusal.contains("may unpack to"), "{refusal}");
 
-    // No block needs to be sound: the lengths alone are too much together, although each array might be unpacked.
+    // No block needs to be sound: the sum of the lengths is too large, although each array might be unpacked.
     let array = |name: &str| binary(&words(&[1, 100 << 20, 0, 4, 0])).replace("\"u\"", name);
     let together = file(|f| {
         f.root += compressor;

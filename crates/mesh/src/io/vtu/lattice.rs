@@ -14,7 +14,7 @@ type Node = [usize; 3];
 pub(crate) enum Order {
     Gmsh,
     Vtk,
-    /// VTK's of files before version 2.1 (XML) and 5 (legacy), in which two edges of a hexahedron stand the other way
+    /// VTK's of files before version 2.1 (XML) and 5 (legacy), in which two edges of a hexahedron are exchanged the other way
     /// round.
     VtkBefore,
 }
@@ -26,7 +26,7 @@ type Scheme = (
     &'static [&'static [usize]],
 );
 
-/// The corners of a hexahedron; of a quadrangle, a line or a vertex, so many as it has.
+/// The corners of a hexahedron; for a quadrangle, a line or a vertex only as many as it has.
 pub(crate) const CUBE: [Node; 8] = [
     [0, 0, 0],
     [1, 0, 0],

@@ -1,5 +1,5 @@
-//! VTK's XML formats: unstructured grids, `.vtu`, and `.pvtu` with its pieces beside it; polygonal data, `.vtp`; and, read
-//! alone, images and structured grids, `.vti`, `.vtr`, `.vts`.
+//! VTK's XML formats: unstructured grids, `.vtu`, and `.pvtu` with its pieces beside it; polygonal data, `.vtp`; and, only for
+//! reading, images and structured grids, `.vti`, `.vtr`, `.vts`.
 //!
 //! Reading takes whatever VTK's own reader takes: ascii, base64 inline or appended, raw appended; plain,
 //! zlib, LZ4 or LZMA; headers of 32 or 64 bits; either byte order; any number of pieces. Writing gives
@@ -135,7 +135,7 @@ fn is_xml_of(bytes: &[u8], grids: &[Grid]) -> bool {
     begins(bytes, "<") && xml::is_of(bytes, grids)
 }
 
-/// Reads a `.vtu`, or a `.pvtu` with the pieces beside or below it, or one of another grid.
+/// Reads a `.vtu`, or a `.pvtu` with the pieces in its folder or below, or one of another grid.
 ///
 /// # Errors
 /// [`Error::File`] with byte and array if the file is damaged or inconsistent, has cells of unsupported types, or

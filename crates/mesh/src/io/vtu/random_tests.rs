@@ -150,7 +150,7 @@ fn mesh() -> impl Strategy<Value = Mesh> {
         })
 }
 
-/// A decimal number does not tell one NaN from another.
+/// A decimal number does not distinguish one NaN from another.
 fn forget_payloads(mesh: &mut Mesh) {
     for field in &mut mesh.fields {
         match &mut field.values {

@@ -323,7 +323,7 @@ impl<'a> Decoder<'a> {
     }
 }
 
-/// Converts bytes to texts where the table of texts says so and they are texts.
+/// Converts bytes to texts if the table of texts lists them and they are texts.
 pub(crate) fn restore_texts(whole: &mut Vec<GlobalArray>, budget: &mut Budget) {
     let mut texts = |array: &GlobalArray| match &array.values {
         GlobalValues::Numbers(Values::U8(bytes)) if bytes.last().is_none_or(|&end| end == 0) => {
@@ -369,7 +369,7 @@ fn old_faces(lists: [Option<&[u64]>; 2], cell: usize) -> Option<Vec<u32>> {
     (Polyhedra::count_faces(&faces) == usize::try_from(count).ok()).then_some(faces)
 }
 
-/// The faces of a cell where each face stands by itself: the corners of all faces, where those of each end, the faces of all
+/// The faces of a cell if each face is listed separately: the corners of all faces, where those of each end, the faces of all
 /// cells, and where those of each end.
 pub(crate) fn new_faces(lists: [Option<&[u64]>; 4], cell: usize) -> Option<Vec<u32>> {
     let [corners, corner_ends, faces, face_ends] = lists;

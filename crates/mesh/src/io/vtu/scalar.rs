@@ -21,7 +21,7 @@ pub(crate) trait Scalar: Copy + Default + Send + Sync {
     fn put_le(values: &[Self], bytes: &mut [u8]);
     /// The value as an index; `None` unless it is an integer of at least 0.
     fn index(self) -> Option<u64>;
-    /// The value as an index beyond `base`, and something other than 0 if it is none of 32 bits.
+    /// The value as an index beyond `base`, and something other than 0 if it does not fit into 32 bits.
     fn index_from(self, base: u32) -> (u32, u32);
     /// Reads the decimal form; floats also `nan` and `inf` in any case.
     fn parse(word: &[u8]) -> Option<Self>;

@@ -23,7 +23,7 @@ impl Budget {
         Budget(ALLOWANCE.saturating_add(PER_BYTE.saturating_mul(bytes as u64)))
     }
 
-    /// Takes `bytes`; an error if the file is too small for so many.
+    /// Takes `bytes`; an error if the file is too small for this number.
     pub fn take(&mut self, bytes: u64) -> Result<(), String> {
         self.0 = self.0.checked_sub(bytes).ok_or_else(|| {
             format!(
@@ -133,7 +133,7 @@ impl Packing {
         Ok(Unpacked::Owned(out))
     }
 
-    /// The bytes that an array says it unpacks to; of a plain one no more than there are.
+    /// The declared number of unpacked bytes of an array; for a plain one at most the number that there are.
     pub fn declared(self, mut stream: Stream) -> Result<u64, String> {
         let length = self.extent(&mut stream)?.length;
         Ok(match self.compressor {
@@ -142,7 +142,7 @@ impl Packing {
         })
     }
 
-    /// Whether a plain array says that it has more bytes than there are; the stream is after its header then.
+    /// Whether a plain array declares more bytes than there are; the stream is then after its header.
     pub fn lies(self, stream: &mut Stream) -> Result<bool, String> {
         Ok(self.compressor == Compressor::None && self.extent(stream)?.length > stream.remaining())
     }

@@ -212,7 +212,7 @@ pub(super) fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Document<'a>> {
     Ok(document)
 }
 
-/// What the elements say, which end at this byte; the root goes on where the file has appended data.
+/// The contents of the elements, which end at this byte; the root continues if the file has appended data.
 fn document<'a>(tree: &Tree<'a>, end: u64, goes_on: bool) -> Result<Document<'a>, Fault> {
     let mut document = Document::default();
     let whole = &tree.elements[0];
@@ -337,7 +337,7 @@ fn numbers<const N: usize, T: std::str::FromStr>(
     tag.exact(name).map(numbers).transpose()
 }
 
-/// Adds the arrays of a section, of which there are so many in all.
+/// Adds the arrays of a section; `all` counts them in all sections.
 fn add_arrays<'a>(
     tree: &Tree<'a>,
     section: &Element<'a>,
@@ -362,7 +362,7 @@ fn add_arrays<'a>(
 }
 
 impl<'a> Document<'a> {
-    /// Takes what the root says.
+    /// Reads the attributes of the root.
     fn file(&mut self, tag: &Element<'a>) -> Result<(), Fault> {
         let word = |name: &str| tag.exact(name).map(str::trim);
         self.version = word("version").map(str::to_owned);

@@ -41,7 +41,7 @@ pub struct Items<'a> {
     opened: RefCell<HashMap<String, hdf5::Group>>,
 }
 
-/// How deep items may stand in others.
+/// How deep items may be nested.
 const DEPTH: usize = 8;
 
 impl<'a> Items<'a> {
@@ -288,7 +288,7 @@ impl<'a> Items<'a> {
         }
     }
 
-    /// The bytes of a file beside or below this one.
+    /// The bytes of a file in the folder of this one or below.
     fn beside(&self, name: &str) -> Result<(std::path::PathBuf, Arc<bytes::Bytes>)> {
         let folder = self.path.with_file_name("");
         // meshio gives the whole path of files of bytes.

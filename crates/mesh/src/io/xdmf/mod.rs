@@ -1,8 +1,8 @@
-//! XDMF 2 and 3: a description in XML of meshes and fields whose numbers stand in it, in HDF5 files or in plain bytes.
+//! XDMF 2 and 3: a description in XML of meshes and fields whose numbers are stored in it, in HDF5 files or in plain bytes.
 //!
 //! Read are uniform and structured grids, collections over time and space, what includes or refers to elsewhere in the file (as
 //! dolfinx and meshio write it), mesh tags of dolfinx, sets and meshio's numbers of groups, and functions of dolfin of degree 0 and 1. Files that it names lie
-//! beside or below it. Written is one grid, or one for each time, with the numbers in an HDF5 file of the same name; groups are
+//! in its folder or below. Written is one grid, or one for each time, with the numbers in an HDF5 file of the same name; groups are
 //! numbers on cells and their names as meshio has them.
 
 mod item;

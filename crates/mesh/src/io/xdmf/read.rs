@@ -15,12 +15,12 @@ use crate::io::Content;
 use crate::io::sets::Sets;
 use crate::mesh::CellBlock;
 
-/// A grid with a mesh of its own, at one time.
+/// A grid with its own mesh, at one time.
 struct Grid {
     element: usize,
     name: String,
     time: Option<f64>,
-    /// By these equal geometries and topologies are known; none where there is none.
+    /// These identify equal geometries and topologies; None if there is none.
     geometry: Option<String>,
     topology: Option<String>,
     parts: [Option<usize>; 2],

@@ -1,4 +1,4 @@
-//! Writes XDMF: the description as XML, and the numbers in an HDF5 file of the same name beside it.
+//! Writes XDMF: the description as XML, and the numbers in an HDF5 file of the same name in the same folder.
 
 use quick_xml::escape::escape;
 

@@ -115,7 +115,7 @@ mod tests {
     use super::super::super::{CellBlock, CellKind, Group, Mesh};
     use super::Triangulation;
 
-    /// Regions count the triangles alone, wherever lines are among the cells.
+    /// Regions count only the triangles, wherever lines are among the cells.
     #[test]
     fn regions_have_the_numbers_of_the_triangulation() {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

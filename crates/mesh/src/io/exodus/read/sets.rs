@@ -79,7 +79,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The number, the name and the members of each set of a kind, of which there are so many things in the file.
+    /// The number, the name and the members of each set of a kind; `count` is the number of possible members in the file.
     fn lists(&self, kind: &str, of: &str, count: usize) -> Result<Vec<(i64, String, Vec<u32>)>> {
         let known = self.numbers_and_names(&format!("{kind}_prop1"), &format!("{kind}_names"))?;
         let sets = known.into_iter().zip(1..).map(|((tag, name), k)| {

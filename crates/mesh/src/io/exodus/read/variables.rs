@@ -71,7 +71,7 @@ impl Reader<'_> {
             for (b, block) in self.blocks.iter().enumerate() {
                 let cells = first..first + block.count as u32;
                 first = cells.end;
-                // Where the truth table says no, there is no such variable.
+                // Where the truth table is false, there is no such variable.
                 let found = self
                     .file
                     .row(&format!("vals_elem_var{}eb{}", k + 1, b + 1), step)?;

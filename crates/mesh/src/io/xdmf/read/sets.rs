@@ -11,7 +11,7 @@ use crate::io::xdmf::topology;
 use crate::io::xdmf::tree::Tree;
 
 impl Reader<'_> {
-    /// The groups whose numbers stand on the cells, with the names in what else is told of the grid. Once for all times.
+    /// The groups whose numbers are on the cells, with the names in the other data about the grid. Once for all times.
     pub(super) fn numbered(&mut self, grid: &Grid, cells: Range<u32>, item: &Item) -> Result<()> {
         if grid
             .topology
@@ -115,7 +115,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Whether a grid gives integers to cells of its own.
+    /// Whether a grid gives integers to its own cells.
     pub(super) fn is_tags(&self, grid: &Grid) -> Result<bool> {
         let attributes = self.attributes_of(grid)?;
         let [one] = attributes[..] else {
