@@ -501,7 +501,7 @@ impl<'a> Request<'a> {
     }
 }
 
-/// What is wrong with one of several comparisons, in words; the end of a run ends all.
+/// The error message of one of several comparisons; the end of a run ends all.
 fn told<T>(found: Result<T>) -> Result<Result<T, String>> {
     match found {
         Ok(found) => Ok(Ok(found)),

@@ -41,7 +41,7 @@ struct Bars {
 const FINE: f64 = 10_000.0;
 
 impl Bars {
-    /// None where nobody would see them.
+    /// None if they would not be visible.
     fn new(engines: &[&str], cases: Vec<(String, u64)>, quiet: bool) -> Option<Self> {
         if quiet || !std::io::stderr().is_terminal() {
             return None;

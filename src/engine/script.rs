@@ -1,5 +1,5 @@
-//! A program of a user's own that solves some problem on a mesh and writes files: the command with its placeholders, and what
-//! comes of running it.
+//! A user's program that solves a problem on a mesh and writes files: the command with its placeholders, and the
+//! results of running it.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -198,7 +198,7 @@ impl Form {
     }
 }
 
-/// Puts values in for `{names}` of a word; `{{` is a brace. An unknown name, in words.
+/// Substitutes values for `{names}` in a word; `{{` is a brace. The error is a message about an unknown name.
 pub fn fill(word: &str, value: impl Fn(&str) -> Option<String>) -> Result<String, String> {
     let mut filled = String::new();
     let mut rest = word;

@@ -58,7 +58,7 @@ impl Shown {
     /// Shows a folder with all that is below.
     ///
     /// # Errors
-    /// A folder that is not there, or that would show what is nobody's business.
+    /// A folder that does not exist, or that would show private data.
     pub fn folder(&mut self, path: &Path) -> Result<()> {
         let real = real(path)?;
         if let Some(why) = exposes(&real) {
@@ -87,7 +87,7 @@ impl Shown {
     /// has to be called.
     ///
     /// # Errors
-    /// No such program; a folder that would show what is nobody's business.
+    /// No such program; a folder that would show private data.
     pub fn program(&mut self, name: &Path, place: Option<&Path>) -> Result<PathBuf> {
         let missing = || {
             let what = format!("there is no program `{}`", name.display());

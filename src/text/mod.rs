@@ -1,7 +1,7 @@
-//! Sentences as values: what stands out in them, what one would type, and numbers with their digits.
+//! Sentences as values, with emphasised parts, code, and numbers with their digits.
 //!
-//! A sentence is made once, by `text!`. Programs get it as plain words ([`Text`]'s `Display`), pages make their own of its spans.
-//! Nothing looks for anything in the words.
+//! A sentence is made once, by `text!`. Programs get it as plain text ([`Text`]'s `Display`); pages format its spans.
+//! No code searches the text.
 
 pub mod number;
 mod outward;
@@ -13,35 +13,35 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use number::{number, signed};
 pub use outward::{Digits, above, at_least, at_most, below, interval};
 
-/// Words, the parts of which are known by what they are.
+/// A text whose parts have a meaning.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Text(Vec<Span>);
 
 /// A part of a sentence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Span {
-    /// Does it stand out?
+    /// Whether it is emphasised.
     pub is_strong: bool,
-    /// What it is.
+    /// Its contents.
     pub piece: Piece,
 }
 
-/// What a part of a sentence is.
+/// The contents of a part of a sentence.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Piece {
-    /// Words, whatever they hold.
+    /// Plain text, which is never interpreted.
     Words(String),
-    /// What one would type, or a name in a file.
+    /// Code: user input, or a name in a file.
     Code(String),
     /// The part of the boundary with this letter: Γ_C, Γ_D, Γ_N.
     Boundary(char),
     /// A number of a result.
     Number(Number),
-    /// Where it leads on a page, and its words.
+    /// The target on a page, and the text.
     Link(String, String),
 }
 
-/// A number, and how much of it is shown.
+/// A number, and the precision that is shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Number {
     value: f64,
@@ -50,13 +50,13 @@ pub struct Number {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Form {
-    /// So many digits that count.
+    /// This number of significant digits.
     Digits(usize),
-    /// So many behind the point.
+    /// This number of decimals.
     Decimals(usize),
-    /// As few as tell it from its neighbours, with a power of ten.
+    /// As few digits as distinguish it from its neighbours, with a power of ten.
     Power,
-    /// All of them.
+    /// All digits.
     All,
 }
 
@@ -64,7 +64,7 @@ enum Form {
 const READABLE: usize = 10;
 
 impl Number {
-    /// With so many digits that count, as in `2.5e-7`.
+    /// With a given number of significant digits, as in `2.5e-7`.
     pub fn new(value: f64, digits: usize) -> Self {
         let form = Form::Digits(digits);
         Number { value, form }
@@ -80,7 +80,7 @@ impl Number {
         Number::new(below(bound, Digits::Counting(digits)), digits)
     }
 
-    /// With so many digits behind the point.
+    /// With a given number of decimals.
     pub fn fixed(value: f64, decimals: usize) -> Self {
         let form = Form::Decimals(decimals);
         Number { value, form }
@@ -128,8 +128,8 @@ impl Display for Number {
     }
 }
 
-/// A sentence from a template and what stands at its `{}`, or has the name in them. In the template `…` encloses what one would type
-/// and **…** what stands out, and Γ_C is the part of the boundary; what is put in is taken as it is.
+/// A sentence from a template and the values for its `{}`, or of the names in them. In the template `…` encloses code
+/// and **…** emphasis, and Γ_C is the part of the boundary; inserted values are not interpreted.
 pub(crate) use faceoff_sentence::text;
 
 impl Text {
@@ -138,12 +138,12 @@ impl Text {
         &self.0
     }
 
-    /// Is nothing said?
+    /// Whether it has no parts.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// A message or a description that is kept as a string, in which `…` encloses what one would type and Γ_C is the part of the
+    /// A message or a description that is kept as a string, in which `…` encloses code and Γ_C is the part of the
     /// boundary.
     pub fn message(words: &str) -> Self {
         let mut text = Text::default();
@@ -160,17 +160,17 @@ impl Text {
         text
     }
 
-    /// What one would type.
+    /// Code.
     pub fn code(words: impl Into<String>) -> Self {
         Text::of([Piece::Code(words.into())])
     }
 
-    /// What leads to a place of the page, or to a file beside it.
+    /// A link to a place on the page, or to a file next to it.
     pub fn link(to: impl Into<String>, words: impl Into<String>) -> Self {
         Text::of([Piece::Link(to.into(), words.into())])
     }
 
-    /// What stands out.
+    /// Emphasised text.
     pub fn strong(words: impl Into<Text>) -> Self {
         let mut text = words.into();
         text.0.iter_mut().for_each(|span| span.is_strong = true);
@@ -280,7 +280,7 @@ impl Text {
     }
 }
 
-/// As programs read it, without marks for what stands out; what one would type is between backticks.
+/// Plain text, without marks for emphasis; code is between backticks.
 impl Display for Text {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         for Span { piece, .. } in &self.0 {

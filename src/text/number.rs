@@ -6,7 +6,7 @@ pub const THIN: char = '\u{202f}';
 /// Below this and from that on powers of ten read better.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
 
-/// With so many digits that count; 0 is `0`, and what is not finite a dash.
+/// With a given number of significant digits; 0 is `0`, and a value that is not finite is a dash.
 pub fn number(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "–".into();
@@ -108,7 +108,7 @@ pub fn signed(text: &str) -> String {
     }
 }
 
-/// Without zeros at the end that say nothing.
+/// Without redundant zeros at the end.
 pub fn trimmed(text: &str) -> String {
     match text.contains('.') && !text.contains('·') {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),

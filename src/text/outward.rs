@@ -1,4 +1,4 @@
-//! Bounds as people read them: rounded outward to a few digits, since what is rounded to the nearest may be no bound.
+//! Bounds as people read them: rounded outward to a few digits, since a bound that is rounded to the nearest may not be a bound any more.
 
 use super::number::number;
 
@@ -51,17 +51,17 @@ pub fn below(value: f64, digits: Digits) -> f64 {
     size.copysign(value)
 }
 
-/// A bound from above with so many digits that count, none of which is below it.
+/// An upper bound with a given number of significant digits, rounded up.
 pub fn at_most(bound: f64, digits: usize) -> String {
     number(above(bound, Digits::Counting(digits)), digits)
 }
 
-/// A bound from below with so many digits that count, none of which is above it.
+/// A lower bound with a given number of significant digits, rounded down.
 pub fn at_least(bound: f64, digits: usize) -> String {
     number(below(bound, Digits::Counting(digits)), digits)
 }
 
-/// `[…, …]`, with so many digits that count.
+/// `[…, …]`, with a given number of significant digits, rounded outward.
 pub fn interval([low, high]: [f64; 2], digits: usize) -> String {
     format!("[{}, {}]", at_least(low, digits), at_most(high, digits))
 }

@@ -1,6 +1,6 @@
 //! The boundary to files that others wrote: whatever the program reads is opened here. It is a regular file of a size that
-//! memory can hold, never a pipe or a device, and the files that a file names are below the folder of that file. And folders of our
-//! own that nobody else enters.
+//! memory can hold, never a pipe or a device, and the files that a file names are below the folder of that file. It also makes
+//! private folders.
 
 use std::fs::{self, File};
 use std::io::{self, Read};

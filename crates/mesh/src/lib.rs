@@ -38,10 +38,10 @@
 //! | VTI, VTR, VTS | as quadrangles and hexahedra | no | |
 //! | VTK (legacy) | 1.0 to 5.1, all data sets, text and binary; not colour tables and texts | 4.2, or 5.1 for cells of high order | as VTU |
 //! | VTKHDF | grids and polygonal data, partitions, steps | a grid with its steps | as VTU |
-//! | Medit | `.mesh`, `.meshb` 1 to 4; cells of first and second order, labels | text of version 2, binary of 3; fields in `.sol` or `.solb` beside it | cells without a keyword; more than one group of a cell; names and times of fields; in binary, names |
+//! | Medit | `.mesh`, `.meshb` 1 to 4; linear and quadratic cells, labels | text of version 2, binary of 3; fields in `.sol` or `.solb` next to it | cells without a keyword; more than one group of a cell; names and times of fields; in binary, names |
 //! | FreeFEM `.msh` | all | all | all but triangles, lines and one label each; names; fields |
 //! | Exodus II | netCDF-3 and -4: blocks, polygons and polyhedra too, sets, variables at all times; not variables on sets, distribution factors | netCDF-3, 64-bit offsets | polygons, polyhedra, orders above 2; fields on the nodes of cells; numbers are kept |
-//! | XDMF 2, 3 | numbers in XML, HDF5 or plain files; collections, structured grids, mesh tags, functions of degree 0 and 1 | with an HDF5 file beside it | polygons, polyhedra, orders above 2; fields on the nodes of cells; texts |
+//! | XDMF 2, 3 | numbers in XML, HDF5 or plain files; collections, structured grids, mesh tags, functions of degree 0 and 1 | with an HDF5 file next to it | polygons, polyhedra, orders above 2; fields on the nodes of cells; texts |
 //! | MED 3, 4 | the first unstructured mesh, families, fields on nodes, cells and their nodes; not Gauss points, polyhedra | 4.0 | polygons, polyhedra, orders above 2; fields on the nodes of cells; names beyond 80 bytes; numbers of groups |
 //! | CGNS | HDF5 and ADF: all zones of the first base, structured too; polygons and polyhedra; conditions, families, sections, solutions | one zone on HDF5 | as MED; names beyond 32 bytes; fields on cells that are not all of the highest dimension |
 //! | MFEM | conforming, curved (order 2), non-conforming by leaves | no | |

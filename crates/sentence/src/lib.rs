@@ -1,11 +1,11 @@
-//! `text!`, which makes a `Text` of faceoff from a template as `format!` makes a string.
+//! `text!`, which makes a `Text` of faceoff from a template, as `format!` makes a string.
 //!
-//! In the template `{}` is the next argument, and `{name}` or `{of.name}` what has that name where the macro is called. What else a
-//! template means, `src/text` of faceoff says.
+//! In the template `{}` is the next argument, and `{name}` or `{of.name}` the value of that name where the macro is called. The rest of the
+//! syntax is described in `src/text` of faceoff.
 
 use proc_macro::{Delimiter, Group, Literal, TokenStream, TokenTree};
 
-/// A sentence from a template and what stands at its `{}`.
+/// A sentence from a template and the values for its `{}`.
 #[proc_macro]
 pub fn text(input: TokenStream) -> TokenStream {
     let mut arguments = split(input).into_iter();
@@ -21,7 +21,7 @@ pub fn text(input: TokenStream) -> TokenStream {
     }
 }
 
-/// What stands between commas.
+/// The parts between commas.
 fn split(input: TokenStream) -> Vec<TokenStream> {
     let is_comma = |tree: &TokenTree| matches!(tree, TokenTree::Punct(mark) if *mark == ',');
     let trees: Vec<TokenTree> = input.into_iter().collect();
@@ -30,7 +30,7 @@ fn split(input: TokenStream) -> Vec<TokenStream> {
     parts.filter(|part| !part.is_empty()).collect()
 }
 
-/// The template, as it is written, with all names taken out, and what stands at each of its `{}`.
+/// The template, as it is written, with all names removed, and the value for each of its `{}`.
 fn filled(template: &str, arguments: Vec<TokenStream>) -> TokenStream {
     let mut arguments = arguments.into_iter();
     let (mut plain, mut values) = (String::new(), Vec::new());

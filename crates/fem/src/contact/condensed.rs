@@ -1,6 +1,6 @@
 //! The scheme condensed onto the dofs K that its contact conditions see, and onto those that separate parts of a long Γ_C.
 //!
-//! Only the conditions are nonlinear. The other rows say A_II u_I + A_IK u_K = b_I, which is solved
+//! Only the conditions are nonlinear. The other rows state A_II u_I + A_IK u_K = b_I, which is solved
 //! once for all u_K; what is left is a scheme of the same form on K,
 //!
 //! ```text

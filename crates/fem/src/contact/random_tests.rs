@@ -1,4 +1,4 @@
-//! Any scene: it ends, with a residual at rounding or a refusal in words.
+//! Any scene: the solve ends, with a residual at rounding level or with a message.
 
 use proptest::collection::vec;
 use proptest::prelude::*;

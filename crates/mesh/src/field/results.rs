@@ -400,7 +400,7 @@ impl Results {
         ]
     }
 
-    /// Copies what is lent: what is owned nobody else can change.
+    /// Copies borrowed data: owned data cannot be changed by others.
     pub fn own(&mut self) {
         self.points.to_mut();
         self.cells.to_mut();

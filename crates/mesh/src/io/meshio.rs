@@ -75,7 +75,7 @@ pub fn write(job: Job<'_>, format: &str) -> Result<Vec<String>> {
     let (kept, lost): (Vec<&Field>, Vec<&Field>) =
         mesh.fields.iter().partition(|field| is_in(field, &back));
     if !lost.is_empty() {
-        // meshio may have written what nobody reads: without these fields the file is as described by the warnings.
+        // meshio may have written fields that no program reads: without these fields the file is as described by the warnings.
         let fields = kept.into_iter().cloned().collect();
         let rest = Mesh {
             fields,

@@ -314,7 +314,7 @@ impl Default for Options {
     }
 }
 
-/// Writes a mesh to a temporary file beside `path` and renames it; the warnings list what the file cannot store.
+/// Writes a mesh to a temporary file next to `path` and renames it; the warnings list what the file cannot store.
 ///
 /// ```
 /// use faceoff_mesh::{io, mesh::generate::union_jack};

@@ -91,7 +91,7 @@ impl<'a> File<'a> {
         Ok(names)
     }
 
-    /// The names of the variables with values that nobody has asked for.
+    /// The names of the variables with values that have not been read.
     pub fn unread(&self) -> Result<Vec<String>> {
         let mut names = self.names()?;
         names.retain(|name| !self.read.borrow().contains(name));

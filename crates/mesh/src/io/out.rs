@@ -278,7 +278,7 @@ impl Out {
     }
 }
 
-/// Writes the parts, one after the other, beside `path`, then renames.
+/// Writes the parts, one after the other, next to `path`, then renames.
 ///
 /// # Errors
 /// [`Error::Io`]; an old file is kept then.

@@ -137,7 +137,7 @@ impl Series {
     /// The k-th of its results; a single one can be read once.
     ///
     /// # Errors
-    /// Those of [`read_results`]; several files of one time, which are no whole.
+    /// Those of [`read_results`]; several files of one time, which are not a whole.
     pub fn read(&mut self, k: usize, python: Option<&Path>) -> Result<Results> {
         let whole = |path: &Path| -> Result<Results> {
             let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;

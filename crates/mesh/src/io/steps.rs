@@ -100,7 +100,7 @@ impl<'a> Stepped<'a> {
         (!at.is_empty()).then_some(at)
     }
 
-    /// A value of a point or cell; NaN where there is none.
+    /// A value of a point or cell; NaN if there is none.
     pub fn value(&self, step: usize, item: usize, component: usize) -> f64 {
         let Some(field) = self.at_step(step) else {
             return f64::NAN;

@@ -1,5 +1,5 @@
 //! Small files of the text formats, typed by hand (`fuzz/seeds/text`): what is in them, and that no damage to them makes a reader fail
-//! otherwise than in words.
+//! except with a message.
 
 use std::path::{Path, PathBuf};
 
@@ -596,7 +596,7 @@ fn msh_as_gmsh_reads_it() {
             .count(CellKind::Line),
         1
     );
-    // Links stand before the nodes that they name.
+    // Links come before the nodes that they name.
     let link = |slave: u32| format!("$Periodic\n1\n0 {slave} 1\n1\n{slave} 1\n$EndPeriodic\n");
     let read = |links: String| {
         let text = format!(
@@ -617,7 +617,7 @@ fn msh_as_gmsh_reads_it() {
     assert!(error.contains("a.msh:8, $Periodic: the node 3"), "{error}");
 }
 
-/// Cut anywhere, or with any byte changed, a file is read or refused in words, and what is read is sound.
+/// Cut anywhere, or with any byte changed, a file is read or rejected with a message, and what is read is sound.
 #[test]
 fn damage_is_refused_in_words() {
     let files: Vec<_> = std::fs::read_dir(folder()).expect("a folder").collect();

@@ -61,7 +61,7 @@ macro_rules! values {
                 match self { $(Values::$variant(values) => values.iter().map(|&v| v as f64).collect()),* }
             }
 
-            /// Copies them if they are lent: what is owned nobody else can change.
+            /// Copies them if they are borrowed: owned data cannot be changed by others.
             pub fn own(&mut self) {
                 match self { $(Values::$variant(values) => _ = values.to_mut()),* }
             }

@@ -254,7 +254,7 @@ impl<'a> Face<'a> {
         }
     }
 
-    /// Whether no point of a box can lie on the face: the box is beside it, or at a corner that does not count.
+    /// Whether no point of a box can lie on the face: the box is next to it, or at a corner that does not count.
     fn misses(&self, of: &Bounds) -> bool {
         let (middle, half) = ((of.low + of.high) / 2.0, (of.high - of.low) / 2.0);
         let beside = self.across.iter().any(|axis| {

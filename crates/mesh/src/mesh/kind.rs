@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The cell types that meshes of the supported formats hold. Nodes stand in Gmsh's order, but for [`CellKind::Vtk`].
+/// The cell types that meshes of the supported formats contain. Nodes are in Gmsh's order, except for [`CellKind::Vtk`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum CellKind {
     /// One point.
@@ -192,7 +192,7 @@ const OF_VTK: [(u8, Shape, Option<u32>, &str); 22] = [
 ];
 
 impl CellKind {
-    /// VTK's type of this number with so many points, kept in VTK's order; `None` for a number that is not VTK's, or one of
+    /// VTK's type of this number with `points` points, kept in VTK's order; `None` for a number that is not VTK's, or one of
     /// a type that has a better name here.
     pub fn from_vtk(code: u8, points: usize) -> Option<Self> {
         let (code, shape, fixed, _) = *OF_VTK.iter().find(|(known, ..)| *known == code)?;
@@ -242,7 +242,7 @@ impl CellKind {
         }
     }
 
-    /// The type up to order 2 of this dimension with so many points, there is at most one.
+    /// The type up to order 2 of this dimension with `points` points; there is at most one.
     pub fn of_points(dim: u8, points: usize) -> Option<Self> {
         NAMED
             .into_iter()

@@ -103,7 +103,7 @@ pub fn all_sides(mesh: &Mesh, dim: u8) -> Result<Vec<Side>> {
     let mut all = Vec::new();
     let mut polyhedra = mesh.polyhedra.iter();
     for (cell, kind, nodes) in mesh.cells() {
-        // The faces of each polyhedron stand in the order of the cells.
+        // The faces of each polyhedron are in the order of the cells.
         let faces = matches!(kind, CellKind::Polyhedron(_)).then(|| polyhedra.next());
         if kind.dim() != dim {
             continue;

@@ -21,7 +21,7 @@ impl Mesh {
     /// Every reader returns a mesh that passes, and every writer checks first.
     ///
     /// # Errors
-    /// What is wrong, in words.
+    /// A message about the error.
     pub fn validate(&self) -> Result<(), String> {
         let (points, cells) = (self.points.len(), self.cell_count());
         if u32::try_from(points).is_err() || u32::try_from(cells).is_err() {

@@ -1,6 +1,6 @@
 //! Abaqus' and CalculiX' input: nodes, elements, sets and surfaces, in parts that instances place, over several files.
 //!
-//! Sets of nodes become vertices, surfaces the sides of their elements. Steps, materials and the like are no part of a mesh.
+//! Sets of nodes become vertices, surfaces the sides of their elements. Steps, materials and the like are not part of a mesh.
 
 mod build;
 mod data;

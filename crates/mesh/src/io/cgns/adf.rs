@@ -170,7 +170,7 @@ impl<'a> File<'a> {
         (0..count).map(entry).collect()
     }
 
-    /// Whether a node has data that nobody has asked for.
+    /// Whether a node has data that have not been read.
     pub fn is_unread(&self, node: &Node) -> bool {
         let is_empty = node.chunks == 0 || node.shape.contains(&0);
         !is_empty && !self.read.borrow().contains(&node.data)

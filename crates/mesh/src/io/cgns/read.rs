@@ -250,7 +250,7 @@ impl Reader {
                 }
             }
         }
-        // Values stand in the order of the elements' numbers.
+        // Values are in the order of the elements' numbers.
         sections.sort_unstable();
         let mut cells = Runs::default();
         for &(from, to, first) in &sections {

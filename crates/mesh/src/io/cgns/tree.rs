@@ -120,7 +120,7 @@ impl<'a> Node<'a> {
         Ok(bytes.chunks(width).map(text).collect())
     }
 
-    /// Adds the numbers of this node and of those below that nobody has read, and links; of a name that already exists the
+    /// Adds the numbers of this node and of those below that have not been read, and links; of a name that already exists the
     /// reader has reported why. `at` is where it is.
     pub fn unread(&self, at: &str, unread: &mut Vec<Unread>) -> Result<()> {
         cancel::check()?;

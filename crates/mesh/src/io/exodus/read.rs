@@ -332,7 +332,7 @@ impl Reader<'_> {
                 continue;
             }
             let what = if name.starts_with("dist_fact_") {
-                // What programs write where nobody gave any.
+                // Default values that programs write.
                 let values = self.file.values(&name)?.map(|values| values.to_f64());
                 if values.is_some_and(|values| values.iter().all(|&value| value == 1.0)) {
                     continue;

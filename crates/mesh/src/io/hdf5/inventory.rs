@@ -1,4 +1,4 @@
-//! What a file has and nobody has read: data sets, and links that lead out of the file or nowhere. The library lists neither
+//! Unread parts of a file: data sets, and links that lead out of the file or nowhere. The library lists neither
 //! kind of link, so the links of a group are taken from where the file stores them.
 
 use std::collections::HashSet;
@@ -20,7 +20,7 @@ use crate::error::Result;
 use crate::field::Unread;
 
 impl Group {
-    /// Adds everything below that nobody has read, by the name that `name` makes of its path; without one it is harmless, and
+    /// Adds everything below that has not been read, by the name that `name` makes of its path; without one it is harmless, and
     /// for a name that already exists the reader has reported why.
     pub fn unread(
         &self,
@@ -182,7 +182,7 @@ impl Group {
 }
 
 impl Data {
-    /// Whether it has values that nobody has asked for.
+    /// Whether it has values that have not been read.
     pub fn is_unread(&self) -> bool {
         let read = self.file.read.borrow();
         !self.shape().contains(&0) && !read.contains(&self.data.address())

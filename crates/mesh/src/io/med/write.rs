@@ -357,7 +357,7 @@ fn write_fields<'a>(
     }
 }
 
-/// A component of a field at a point or cell; NaN where there is none.
+/// A component of a field at a point or cell; NaN if there is none.
 fn value(field: &Field, item: usize, component: usize) -> f64 {
     let row = match field.at.is_empty() {
         true => Some(item),

@@ -23,7 +23,7 @@ pub static FORMAT: Native = Native {
     write: write::write,
 };
 
-/// Keywords of cells and their numbers in binary files. Nodes stand in Gmsh's order, but for the [`SWAPPED`].
+/// Keywords of cells and their numbers in binary files. Nodes are in Gmsh's order, except for the [`SWAPPED`].
 const CELLS: [(&str, i32, CellKind); 11] = [
     ("Edges", 5, CellKind::Line),
     ("Triangles", 6, CellKind::Triangle),

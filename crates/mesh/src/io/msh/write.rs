@@ -19,7 +19,7 @@ pub enum Version {
     V41,
 }
 
-/// Writes an MSH file; the warnings say what it does not hold.
+/// Writes an MSH file; the warnings list what it cannot store.
 ///
 /// # Errors
 /// The mesh is not sound, the version cannot hold it, or the file cannot be written.

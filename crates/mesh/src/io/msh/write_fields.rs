@@ -5,7 +5,7 @@ use crate::io::loss::Losses;
 use crate::mesh::{Field, Support, Values};
 
 impl Writer<'_> {
-    /// The fields; `point_tag` gives the number of a point in the file, `keep_cells` says whether cells keep theirs.
+    /// The fields; `point_tag` gives the number of a point in the file, `keep_cells` is whether cells keep theirs.
     pub fn fields(
         &mut self,
         point_tag: impl Fn(u32) -> u64,

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::io::scan::Scan;
 
-/// A card: its name in capitals, its fields, and where it stands.
+/// A card: its name in capitals, its fields, and its position.
 pub struct Card<'a> {
     pub name: String,
     pub fields: Vec<String>,

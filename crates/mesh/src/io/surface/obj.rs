@@ -20,7 +20,7 @@ pub static FORMAT: Native = Native {
     write: |job| meshio::write(job, "obj"),
 };
 
-/// Whether the first line that is not a comment is a point or what may stand before it.
+/// Whether the first line that is not a comment is a point or what may come before it.
 fn is_obj(bytes: &[u8]) -> bool {
     let mut scan = Scan::with_comments(Path::new(""), bytes, b'#');
     let word = scan.word().unwrap_or_default();

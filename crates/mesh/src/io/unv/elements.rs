@@ -34,7 +34,7 @@ pub const WRITTEN: [(CellKind, u64); 15] = [
     (CellKind::Vertex, 161),
 ];
 
-/// Whether a line about the orientation stands before the nodes.
+/// Whether a line about the orientation precedes the nodes.
 pub fn is_beam(descriptor: u64) -> bool {
     matches!(descriptor, 11 | 21..=24)
 }

@@ -177,7 +177,7 @@ impl Reader {
         self.counts(&data, &data.values()?)
     }
 
-    /// A row of an array of the steps; zeros where there is none.
+    /// A row of an array of the steps; zeros if there is none.
     fn row(&self, name: &str, step: usize, width: usize) -> Result<Vec<usize>> {
         let mut row = match self
             .steps

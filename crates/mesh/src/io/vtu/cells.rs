@@ -127,7 +127,7 @@ pub(super) struct Meaning {
 }
 
 impl Meaning {
-    /// Cells whose nodes stand as in VTK.
+    /// Cells whose nodes are in VTK's order.
     pub fn whole(kind: CellKind) -> Self {
         Meaning {
             kind,

@@ -23,7 +23,7 @@ pub(crate) struct Frame {
 const EACH: u64 = 24 + 32;
 
 impl Extent {
-    /// From the first and last index in each direction. The error says why there are too many points: a few digits
+    /// From the first and last index in each direction. The error states why there are too many points: a few digits
     /// declare them.
     pub fn new(ends: [i64; 6], budget: &mut Budget) -> Result<Self, String> {
         let count = |axis: usize| {

@@ -1,4 +1,4 @@
-//! Files that lie: each is refused in words, at once, and before memory is taken for what it declares.
+//! Inconsistent files: each is rejected with a message, immediately, and before memory is allocated for what it declares.
 
 use super::tests::{ENCODINGS, provenance, square};
 use super::*;
@@ -275,7 +275,7 @@ fn lying_blocks_are_refused() {
     }
 }
 
-/// Blocks of zeros that unpack to 1 GB from 1 MB, as their headers say.
+/// Blocks of zeros that unpack to 1 GB from 1 MB, as their headers declare.
 #[test]
 fn bombs_are_refused_before_they_unpack() {
     let block = pack::pack(1 << 16, |_, _| (), Compressor::Zlib).expect("packed");

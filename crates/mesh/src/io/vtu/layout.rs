@@ -60,7 +60,7 @@ pub(super) const GEOMETRY: &str = "faceoff:geometry";
 pub(super) const TEXTS: &str = "faceoff:texts";
 
 /// Whether the blocks are the runs of cells of one kind, either all with numbers and entities or none, as they are made of a
-/// file that does not tell them.
+/// file that does not contain them.
 fn has_usual_blocks(mesh: &Mesh) -> bool {
     let blocks = &mesh.blocks;
     let same =
@@ -110,7 +110,7 @@ impl<'a> Array<'a> {
     }
 }
 
-/// Lays out a valid mesh; the error says what VTU cannot hold.
+/// Lays out a valid mesh; the error states what VTU cannot store.
 pub(crate) fn lay_out<'a>(
     mesh: &'a Mesh,
     fields: &'a [Field],

@@ -18,7 +18,7 @@ pub(crate) struct Piece {
     pub fields: Vec<Field>,
 }
 
-/// VTK's marks of points and cells, of which the lowest bit says that another piece has them as well.
+/// VTK's marks of points and cells, of which the lowest bit means that another piece has them as well.
 const GHOSTS: &str = "vtkGhostType";
 
 impl Piece {
@@ -139,7 +139,7 @@ pub(super) fn select(
     with_numbers!(values, values => pick(values, components, places))
 }
 
-/// Merges pieces; points shared by pieces are not merged. The error says what does not fit.
+/// Merges pieces; points shared by pieces are not merged. The error states what does not fit.
 pub(crate) fn merge(pieces: Vec<Piece>) -> Result<Piece, String> {
     let mut merged = Piece::default();
     for (index, piece) in pieces.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! VTK's XML formats: unstructured grids, `.vtu`, and `.pvtu` with its pieces beside it; polygonal data, `.vtp`; and, only for
+//! VTK's XML formats: unstructured grids, `.vtu`, and `.pvtu` with its pieces next to it; polygonal data, `.vtp`; and, only for
 //! reading, images and structured grids, `.vti`, `.vtr`, `.vts`.
 //!
 //! Reading takes whatever VTK's own reader takes: ascii, base64 inline or appended, raw appended; plain,

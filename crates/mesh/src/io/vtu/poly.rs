@@ -9,7 +9,7 @@ use crate::io::loss::Losses;
 use crate::mesh::{CellBlock, Field, Group, Mesh, Support};
 use std::borrow::Cow;
 
-/// Writes a mesh of vertices, lines and polygons; its cells stand in this order there.
+/// Writes a mesh of vertices, lines and polygons; its cells are in this order there.
 pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {
     let (path, mesh, whole) = (job.path, job.mesh, job.whole);
     let (options, mut losses) = (job.options, job.losses);

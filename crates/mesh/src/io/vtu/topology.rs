@@ -76,7 +76,7 @@ impl<'b> Source<'b, 'static> {
 }
 
 impl Cells {
-    /// Appends cells of so many `points`.
+    /// Appends cells with `points` points.
     pub fn append(&mut self, source: Source<'_, '_>, points: u64) -> Result<(), Fault> {
         let Source {
             codes,
@@ -183,7 +183,7 @@ impl Cells {
         self.count += cells;
     }
 
-    /// What was cut up or left out, in words.
+    /// Messages about what was cut up or left out.
     pub fn notes(&self) -> Vec<String> {
         let (mut strips, mut pieces, mut none) = (0, 0, 0);
         for &(cells, parts) in &self.parts {
@@ -373,7 +373,7 @@ mod tests {
         }
     }
 
-    /// Also where the nodes of a cell stand in another order, or the cell is several.
+    /// Also where the nodes of a cell are in a different order, or the cell is several cells here.
     #[test]
     fn a_node_beyond_the_points_is_refused_in_any_cell() {
         for code in [4, 6, 7, 8, 9] {

@@ -55,7 +55,7 @@ pub(crate) fn refuse(path: &Path, what: String) -> Error {
     Error::whole(path, what, "correct it, or choose another format")
 }
 
-/// Appends a file to `out`; the error says why it cannot be written.
+/// Appends a file to `out`; the error states why it cannot be written.
 pub(super) fn encode(
     mesh: &Mesh,
     fields: &[Field],

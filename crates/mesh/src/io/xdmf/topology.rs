@@ -140,7 +140,7 @@ pub fn points(
                 Ok((0..count).map(|i| first + step * i as f64).collect())
             });
             let mut axes: Vec<Vec<f64>> = axes.collect::<Result<_>>()?;
-            // The slowest, z, stands first.
+            // The slowest, z, comes first.
             axes.reverse();
             grid_points(items, &axes)
         }

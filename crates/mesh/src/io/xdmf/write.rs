@@ -238,7 +238,7 @@ fn data_item(file: &str, place: &str, kind: Type, shape: &[usize]) -> String {
     )
 }
 
-/// The shape of rows of so many components: VTK takes the first two lengths of a matrix for those of one row, unless a third
+/// The shape of rows of `components` components: VTK takes the first two lengths of a matrix for those of one row, unless a third
 /// follows.
 fn rows_of(rows: usize, components: usize) -> Vec<usize> {
     match components {

@@ -193,7 +193,7 @@ impl Reader<'_> {
         {
             return Ok(Err("whose degrees of freedom do not fit its cells".into()));
         }
-        // The components stand one after another in a cell.
+        // The components follow one another in a cell.
         let turned = rows.iter().zip(&sizes).flat_map(|(row, &size)| {
             (0..size).flat_map(move |node| (0..components).map(move |c| row[c * size + node]))
         });
