@@ -13,6 +13,7 @@ mod docs;
 mod elastic;
 mod ending;
 mod engines;
+mod english;
 mod face_off;
 mod face_off_limits;
 mod face_off_patterns;

@@ -392,7 +392,7 @@ pub(super) fn read_values(
 /// Little-endian binary64.
 ///
 /// # Errors
-/// In words: another number of bytes.
+/// A message about a wrong number of bytes.
 pub fn binary(bytes: &[u8], expected: usize) -> Result<Vec<f64>, String> {
     if bytes.len() != 8 * expected {
         return Err(format!(
@@ -408,7 +408,7 @@ pub fn binary(bytes: &[u8], expected: usize) -> Result<Vec<f64>, String> {
 /// One value a dof, after every cell that has it gave the same.
 ///
 /// # Errors
-/// In words: values that are not finite, or not the same from every cell.
+/// A message about values that are not finite, or not the same from every cell.
 pub fn to_dofs(problem: &Problem, values: &[f64]) -> Result<Vec<f64>, String> {
     let space = &problem.space;
     let size = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

@@ -73,7 +73,7 @@ exec -c "$@" 9< <(printf "$filter") 10<<<"$passwd" 11<<<"$group" 12<<<"$hosts""#
 const INSIDE: &str =
     r#"ulimit -c 0; ulimit -f "$1" 2>/dev/null; ulimit -u "$2" 2>/dev/null; shift 2; exec "$@""#;
 
-/// Who the program is there, whoever runs it.
+/// The user that the program is in the sandbox, for any real user.
 const USER: &str = "1000";
 
 /// The largest of its folders for temporary files: in memory, which such files take.

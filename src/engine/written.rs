@@ -35,7 +35,7 @@ pub struct Source {
 
 impl Source {
     /// # Errors
-    /// In words: what the code lacks for this form.
+    /// A message about the feature that the code lacks for this form.
     pub fn new(problem: &Problem, code: &'static Code) -> Result<Self, String> {
         code.script(problem)?;
         Ok(Source {
@@ -58,7 +58,7 @@ impl Source {
     /// The words of the command that runs the script here, with placeholders.
     ///
     /// # Errors
-    /// In words: the program or the module of Python that is not installed.
+    /// A message about the program or the Python module that is not installed.
     pub fn command(&self) -> Result<Vec<String>, String> {
         let usual = self.code.command;
         let program = usual.first().copied().unwrap_or_default();

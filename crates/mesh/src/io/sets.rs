@@ -1,5 +1,5 @@
-//! A mesh from points, blocks of cells, and sets of cells, sides and nodes, as codes have them. A set of sides becomes cells of
-//! one dimension less, a set of nodes becomes vertices, and each set a group. And back.
+//! A mesh from points, blocks of cells, and sets of cells, sides and nodes, as codes have them. A side set becomes a group of
+//! facets, and a node set a group of vertices; and vice versa.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;

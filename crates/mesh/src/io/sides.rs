@@ -1,4 +1,4 @@
-//! Where the nodes of cells of second order lie, and the sides of cells.
+//! The positions of the nodes of quadratic cells, and the facets of cells.
 
 use super::vtu::lattice::{Order, scheme};
 use crate::mesh::{CellKind, Shape};
@@ -36,7 +36,7 @@ pub fn quadrangles(shape: Shape) -> &'static [[usize; 4]] {
     }
 }
 
-/// The cell of second order of this shape with this many nodes.
+/// The quadratic cell of this shape with this many nodes.
 pub fn quadratic(shape: Shape, nodes: usize) -> Option<CellKind> {
     let named = (1..=19).filter_map(CellKind::from_gmsh);
     let mut found = named.filter(|kind| kind.shape() == shape && kind.points() == nodes);

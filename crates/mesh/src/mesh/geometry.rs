@@ -27,7 +27,7 @@ pub struct Entity {
     pub bounds: [[f64; 3]; 2],
     /// Physical tags; a negative one means that the group holds this entity reversed.
     pub physicals: Vec<i32>,
-    /// Entities of one dimension less that bound this one; negative: reversed.
+    /// The facets of this entity; negative: reversed.
     pub boundary: Vec<i32>,
     /// For a part: the dimension and tag of the whole.
     pub parent: Option<(i32, i32)>,

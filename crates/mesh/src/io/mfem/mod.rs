@@ -29,7 +29,7 @@ pub static FORMAT: Native = Native {
     write: read_only,
 };
 
-/// An element: its attribute, its kinds of first and second order, its vertices.
+/// An element: its attribute, its linear and quadratic kinds, its vertices.
 struct Element {
     attribute: i64,
     kinds: (CellKind, CellKind),

@@ -1,4 +1,4 @@
-//! Grid functions of nodes, and the cells of second order of a continuous one.
+//! Grid functions of nodes, and the quadratic cells of a continuous one.
 
 use std::collections::HashMap;
 
@@ -94,7 +94,7 @@ fn edges(shape: Shape) -> Vec<Between> {
     }
 }
 
-/// The cells of second order of a continuous grid function; its dofs are the points. Dofs belong to vertices, then edges,
+/// The quadratic cells of a continuous grid function; its dofs are the points. Dofs belong to vertices, then edges,
 /// then quadrangles, then the inside of cells, each in the order in which they first appear.
 pub fn quadratic(
     scan: &Scan<'_>,

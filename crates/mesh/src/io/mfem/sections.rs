@@ -8,7 +8,7 @@ use crate::io::Content;
 use crate::io::scan::Scan;
 use crate::mesh::CellKind;
 
-/// MFEM's numbers of shapes: the kinds of first and of second order.
+/// MFEM's numbers of shapes: the linear and quadratic kinds.
 const KINDS: [(CellKind, CellKind); 8] = [
     (CellKind::Vertex, CellKind::Vertex),
     (CellKind::Line, CellKind::Line3),

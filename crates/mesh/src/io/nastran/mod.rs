@@ -41,7 +41,7 @@ fn recognises(bytes: &[u8]) -> bool {
         && memchr::memmem::find(&bytes.to_ascii_uppercase(), b"GRID").is_some()
 }
 
-/// Cards of elements: the kinds of first and of second order, and the field of the first node after the element's number.
+/// Cards of elements: the linear and quadratic kinds, and the field of the first node after the element's number.
 const CARDS: [(&str, CellKind, Option<CellKind>, usize); 23] = [
     ("CBAR", CellKind::Line, None, 2),
     ("CBEAM", CellKind::Line, None, 2),
