@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &Compare, to: &Output) -> Result<u8> {
     Ok(code(found.verdict()))
 }
 
-/// What is to be compared.
+/// The two sides of a comparison.
 pub enum Side {
     /// A file, a folder, or a pattern of files.
     Path(PathBuf),
@@ -60,18 +60,18 @@ pub fn compare(options: &[String], sides: [Side; 2], tell: &dyn Fn(String)) -> R
     }
 }
 
-/// What was asked for.
+/// The options of the comparison.
 struct Request<'a> {
     arguments: &'a Compare,
     tolerances: Tolerances,
     python: Option<PathBuf>,
-    /// That of tables by vertices.
+    /// The mesh of tables by vertices.
     mesh: Option<Results>,
     quiet: bool,
     tell: &'a dyn Fn(String),
 }
 
-/// What comes of two results.
+/// The result of comparing two results.
 pub enum Found {
     /// With the result of the first.
     One(Box<Comparison>, Box<Results>),
@@ -80,7 +80,7 @@ pub enum Found {
 }
 
 impl Found {
-    /// Of the comparison, or the worst of all.
+    /// The verdict of the comparison, or the worst of all.
     pub fn verdict(&self) -> Verdict {
         match self {
             Found::One(comparison, _) => comparison.verdict,
@@ -314,7 +314,7 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Of a time that somebody types, or that files have with few digits.
+    /// The tolerance for a time that somebody types, or that files store with few digits.
     fn time_tolerance(&self, time: f64) -> f64 {
         self.arguments.time_tolerance.unwrap_or(1e-6 * time.abs())
     }
@@ -510,7 +510,7 @@ fn told<T>(found: Result<T>) -> Result<Result<T, String>> {
     }
 }
 
-/// Of the scene, and before it of the options.
+/// The tolerances of the scene, overridden by those of the options.
 fn tolerances(options: &Compare, scene: Option<&Comparing>) -> Tolerances {
     let (rtol, atol) = (options.rtol, options.atol);
     let options = GivenTolerances {
@@ -529,7 +529,7 @@ fn tolerances(options: &Compare, scene: Option<&Comparing>) -> Tolerances {
     Tolerances::of_sources(&[scene, options])
 }
 
-/// What is given of fields, by their names.
+/// The settings of fields, by their names.
 fn given<T>(fields: &[OfField], what: impl Fn(&OfField) -> Option<T>) -> Vec<(String, T)> {
     let known = fields.iter();
     known

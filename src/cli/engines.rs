@@ -103,7 +103,7 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
     Ok(if is_missing { FAILED } else { DONE })
 }
 
-/// What is here.
+/// The installed programs.
 fn state(here: &Here) -> Result<Report<'_>> {
     let missing = here.engines.iter().filter(|s| s.problem.is_some()).count();
     let headline = match missing {
@@ -175,7 +175,7 @@ fn check(name: &str, to: &Output) -> Result<u8> {
     Ok(code(checked.verdict))
 }
 
-/// What a check came to; the terminal has had it line by line.
+/// The result of a check; the terminal has printed it line by line.
 fn conforms(checked: &Checked) -> Result<Report<'_>> {
     let count = |verdict| {
         checked

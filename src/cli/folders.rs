@@ -10,13 +10,13 @@ use faceoff_mesh::io::{self, Format, matches};
 /// Folders in folders, at most so deep.
 const DEPTH: usize = 32;
 
-/// What is compared.
+/// The files that are compared.
 pub(super) struct Files {
     /// Each file below the folders, and whether either has it.
     pub files: BTreeMap<PathBuf, [bool; 2]>,
-    /// What might be a result and cannot be looked at, with the reason.
+    /// Possible results that cannot be read, with the reason.
     pub unread: Vec<(PathBuf, String)>,
-    /// What is not compared.
+    /// The files that are not compared.
     pub notes: Vec<String>,
 }
 

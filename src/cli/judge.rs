@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &Judge, to: &Output) -> Result<u8> {
     Ok(code(judgement.verdict))
 }
 
-/// Of a form instead of a scene.
+/// Judges with a form instead of a scene.
 fn of_form(arguments: &Judge, to: &Output) -> Result<u8> {
     let given = [
         (

@@ -175,17 +175,17 @@ fn vtu_encoding(name: Option<&str>) -> Result<Encoding> {
     }
 }
 
-/// What `mesh convert`, `refine` and `make` wrote.
+/// The result of `mesh convert`, `refine` and `make`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Written {
     /// The file that it was made of, or the scene.
     of: String,
     file: String,
-    /// None where meshio knows it by the suffix.
+    /// None if meshio identifies it by the suffix.
     format: Option<String>,
     #[serde(flatten)]
     holds: Holds,
-    /// What did not come along.
+    /// Data that were lost.
     warnings: Vec<String>,
 }
 

@@ -44,9 +44,9 @@ const DISAGREE: u8 = 1;
 /// 2: could not judge: bad input, a code missing, crashed or out of time.
 const FAILED: u8 = 2;
 
-/// What polls for the end of a run ends by itself in this time; the rest is ended with the process.
+/// Code that polls for the end of a run stops by itself within this time; the rest ends with the process.
 const GRACE: Duration = Duration::from_millis(600);
-/// What has a result already gets so long to come to its next poll and to write it; a second signal ends it at once.
+/// Code with a result gets this time to reach its next poll and to write it; a second signal ends it at once.
 const WRITING: Duration = Duration::from_secs(60);
 
 /// How often the limits are looked at: time, and memory, which takes longer to find out.
@@ -149,7 +149,7 @@ fn threads() -> Result<(), String> {
     start(0).or_else(|_| start(1)).map_err(|e| e.to_string())
 }
 
-/// What the command comes to.
+/// The result of the command.
 ///
 /// # Errors
 /// A command that did not end although it was asked to.

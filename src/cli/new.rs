@@ -88,7 +88,7 @@ pub(super) fn gallery() -> String {
     format!("Weak forms:{}", each.collect::<String>())
 }
 
-/// What runs it in a pipeline.
+/// The CI pipeline that runs it.
 const PIPELINE: &str = "\
 # Runs the face-off on each change, and keeps the page. Copy it to .github/workflows/ of your repository.
 name: face-off
@@ -239,7 +239,7 @@ pub(super) fn own(path: &Path) -> Result<(String, Mesh)> {
     Ok((name.to_string_lossy().into_owned(), mesh))
 }
 
-/// What the scripts of all templates read.
+/// Checks that the scripts of all templates can read this mesh.
 fn of_triangles(name: &str, mesh: &Mesh) -> Result<()> {
     let dim = mesh.blocks.iter().map(|block| block.kind.dim()).max();
     let cells = mesh.blocks.iter().map(|block| block.kind);

@@ -28,7 +28,7 @@ pub(super) fn watched<T>(
 const USUAL_STEPS: u64 = 8;
 
 struct Bars {
-    /// What each case is called, and its share of the work.
+    /// The name of each case, and its share of the work.
     cases: Vec<(String, u64)>,
     bars: Mutex<HashMap<String, ProgressBar>>,
     /// The bar of the whole run, once it reports its share.

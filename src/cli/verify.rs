@@ -260,7 +260,7 @@ fn of_one(
     Ok((outcome, recorded))
 }
 
-/// What a sweep takes.
+/// A message about the cost of a sweep.
 fn words_of(cost: Cost) -> String {
     match cost.seconds {
         None => format!(
@@ -374,7 +374,7 @@ fn present(arguments: &Verify) -> Result<Present> {
     Ok((present, missing))
 }
 
-/// By Newton's method, and with the linear solver that is chosen by itself.
+/// The settings of the engines: Newton's method, and the automatic linear solver.
 pub(super) fn settings(running: &Running) -> Settings {
     Settings {
         stop: Stop {
@@ -402,7 +402,7 @@ pub(super) fn check_launch(settings: &Settings, engines: &[&dyn Engine]) -> Resu
     ))
 }
 
-/// What each case is called and its share of the work, in the order in which engines get them.
+/// The name of each case and its share of the work, in the order in which engines get them.
 fn work(request: &VerifyRequest) -> Vec<(String, u64)> {
     let mut cases = Vec::new();
     for scene in &request.scenes {

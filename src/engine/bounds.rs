@@ -1,4 +1,4 @@
-//! What a sandboxed program may take of the machine: processes, and room on the disk of its job folder. The system's own
+//! Limits for a sandboxed program: processes, and room on the disk of its job folder. The system's own
 //! limits are for each process, or do not bind root; so all that the program has started is looked at while it runs.
 
 use std::collections::HashMap;

@@ -1,4 +1,4 @@
-//! What the answer of a program depends on: the program, the files that its command names, what these may import, and the data
+//! The dependencies of a program's answer: the program, the files that its command names, what these may import, and the data
 //! in their folders that any of these mentions.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -13,13 +13,13 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
 use faceoff_mesh::io::matches;
 
-/// What interpreters and linkers load by a name without its suffix or from a list of folders.
+/// Suffixes of files that interpreters and linkers load by a name without suffix or from a list of folders.
 const LOADED: [&str; 30] = [
     "py", "pyx", "pxd", "pth", "so", "pyd", "dll", "dylib", "a", "o", "edp", "idp", "jl", "lua",
     "m", "r", "pl", "rb", "js", "sh", "f", "f90", "mod", "c", "cc", "cpp", "cu", "h", "hpp", "ufl",
 ];
 
-/// What shells take apart.
+/// Characters at which shells split.
 const BETWEEN: &str = " \t\n\"'`;|&<>()=:,";
 
 /// Longer data are not searched for the names of further data.
@@ -33,11 +33,11 @@ const MOST: usize = 20_000;
 pub(super) struct Digests {
     /// The program, what its command names, and what may be loaded.
     files: BTreeMap<String, String>,
-    /// What any of these speaks of, which a program may also write while it runs.
+    /// Files that any of these mentions, which a program may also write while it runs.
     beside: BTreeMap<String, String>,
 }
 
-/// What the answer of this command depends on, run in `home`.
+/// The dependencies of the answer of this command, run in `home`.
 pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
     let home = match home.as_os_str().is_empty() {
         true => Path::new("."),
@@ -166,13 +166,13 @@ struct Found<'a> {
     files: BTreeSet<PathBuf>,
     /// Others below the folders that were walked through, with these.
     data: BTreeMap<PathBuf, PathBuf>,
-    /// What the command itself writes.
+    /// Files that the command itself writes.
     written: BTreeSet<PathBuf>,
     /// Those that it names.
     folders: BTreeSet<PathBuf>,
     /// Those that were walked through.
     walked: BTreeSet<PathBuf>,
-    /// What was seen there.
+    /// The number of files seen there.
     seen: usize,
 }
 
@@ -340,7 +340,7 @@ mod tests {
         assert!(sh[0].starts_with('/') && sh.len() == 4, "{sh:?}");
     }
 
-    /// By name, by what names of them end in, by a folder, and by what data themselves speak of.
+    /// By name, by suffix, by folder, and by what the data themselves mention.
     #[test]
     fn an_answer_depends_on_the_data_that_a_script_speaks_of() {
         let folder = tempfile::tempdir().unwrap();

@@ -8,7 +8,7 @@ use faceoff_fem::contact::{Built, Law};
 use faceoff_fem::linear::Choice;
 use faceoff_fem::scene::Expression;
 
-/// What a solve was made of.
+/// The components of a solve.
 #[derive(Debug, Clone, Serialize)]
 pub struct Explanation {
     dimension: usize,
@@ -28,17 +28,17 @@ pub struct Explanation {
     partly_in_contact: usize,
     flux_corrected: bool,
     steps: usize,
-    /// Of the Rust engine.
+    /// For the Rust engine.
     built: Option<Built>,
     linear: Option<Choice>,
-    /// Was the error bounded?
+    /// Whether the error was bounded.
     pub certificate: bool,
-    /// Of this process so far, or of the largest that it ran.
+    /// The memory of this process so far, or of the largest that it ran.
     peak_rss_mb: f64,
 }
 
 impl Explanation {
-    /// Of an answer to a case, without a certificate.
+    /// The explanation of an answer to a case, without a certificate.
     pub fn new(case: &Case, answer: &Answer) -> Self {
         let problem = &case.problem;
         let data = case.scene().data();
@@ -182,7 +182,7 @@ contact = ["bottom"]
 f = "-2*pi*sin(2*pi*x)"
 "#;
 
-    /// What a scene does not need is not built.
+    /// Parts that a scene does not need are not built.
     #[test]
     fn a_linear_scene_builds_nothing_for_contact() {
         let linear = SQUARE

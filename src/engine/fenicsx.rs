@@ -47,7 +47,7 @@ pub(super) fn folder_of(python: &Path, module: &str) -> Option<PathBuf> {
     Some(folder.to_owned())
 }
 
-/// What a module that this Python can import comes from. Looks for it without loading it, and in the root folder, as Python takes modules
+/// The file of a module that this Python can import. Looks for it without loading it, and in the root folder, as Python takes modules
 /// from the folder where it is started, which may be untrusted.
 fn origin(python: &Path, module: &str) -> Option<String> {
     let question =
@@ -70,7 +70,7 @@ fn missing() -> Error {
     )
 }
 
-/// Of the script that is run and what it imports.
+/// The digest of the script that is run and of the modules that it imports.
 pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
     super::digest_of(&SCRIPTS, scripts)
 }
@@ -155,7 +155,7 @@ fn set(command: &mut Command, name: &str, value: &str) {
     }
 }
 
-/// What a launcher of MPI processes is to run, and what lets Open MPI do so.
+/// The command for a launcher of MPI processes, and the variables that let Open MPI run it.
 fn distribute(command: &mut Command, python: &Path, script: &Path, ranks: &str) {
     command
         .arg(python)
@@ -210,7 +210,7 @@ const FORMS: [&str; 2] = ["fenics", "sandbox/fenics"];
 static CACHE: Mutex<Cache> = Mutex::new(Cache::Unknown);
 
 enum Cache {
-    /// Nothing has asked for it yet.
+    /// It has not been used yet.
     Unknown,
     /// Shared by all runs, for as long as this process lives.
     Shared(PathBuf, File),

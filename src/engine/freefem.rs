@@ -35,7 +35,7 @@ fn missing() -> Error {
     )
 }
 
-/// Of the script that is run.
+/// The digest of the script that is run.
 pub(super) fn digest(scripts: Option<&Path>) -> Result<String> {
     super::digest_of(&SCRIPTS, scripts)
 }

@@ -11,7 +11,7 @@ use faceoff_mesh::error::{Error, Result};
 /// Something that an engine or a format needs, and the commands that bring it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Installation {
-    /// What is missing.
+    /// The missing program.
     pub what: String,
     /// To be run one after the other, as a user would type them.
     pub commands: Vec<Vec<String>>,
@@ -24,7 +24,7 @@ impl Installation {
     }
 }
 
-/// What the named engines (and `meshio`) lack here. Nothing is changed.
+/// The programs that the named engines (and `meshio`) lack here. Nothing is changed.
 pub fn plan(names: &[&str]) -> Vec<Installation> {
     let mut packages: Vec<&str> = Vec::new();
     let mut what: Vec<&str> = Vec::new();

@@ -22,7 +22,7 @@ use faceoff_mesh::file;
 /// Version of the protocol.
 pub(super) const PROTOCOL: u32 = 1;
 
-/// What an engine writes last.
+/// The file that an engine writes last.
 pub(super) const STATUS: &str = "out/status.json";
 
 /// The largest size in bytes of a status, and of a row of values in text.
@@ -334,7 +334,7 @@ pub(super) fn pretend_protocol(folder: &Path, protocol: u32) -> Result<()> {
     fs::write(&path, text).map_err(Error::io(&path, "write"))
 }
 
-/// What a kept job folder has of a case, though it may not count: values of all local dofs of all cells.
+/// The values of all local dofs of all cells for a case in a kept job folder, though the answer may not count.
 pub fn raw_values(folder: &Path, index: usize, problem: &Problem) -> Option<Vec<f64>> {
     let space = &problem.space;
     let expected = space.mesh.cell_count() * space.local_dofs;

@@ -17,7 +17,7 @@ pub struct Machine {
     pub memory_mb: Option<f64>,
     /// `linux`, `macos`, `windows`.
     pub system: &'static str,
-    /// That of this program.
+    /// The version of this program.
     pub version: &'static str,
     /// Whether the program was built with optimisation: times of a debug build mean little.
     pub optimised: bool,
@@ -101,7 +101,7 @@ fn bytes(megabytes: f64) -> u64 {
     (megabytes * 1024.0 * 1024.0) as u64
 }
 
-/// What the system reports of the process `ancestor` and of all that it started, by their numbers.
+/// The system's data about the process `ancestor` and its descendants, by their numbers.
 pub(super) fn below(ancestor: u32) -> HashMap<u32, String> {
     let mut processes = HashMap::new();
     for entry in fs::read_dir("/proc").into_iter().flatten().flatten() {

@@ -60,16 +60,16 @@ impl<'a> Case<'a> {
     }
 }
 
-/// What every engine must do alike.
+/// The settings that every engine must share.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// When an iteration ends.
     pub stop: Stop,
-    /// Of the Rust engine; the companions are Newton's.
+    /// For the Rust engine; the companions use Newton's method.
     pub iteration: Iteration,
-    /// Of the Rust engine; the companions have their own.
+    /// For the Rust engine; the companions have their own.
     pub linear: linear::Settings,
-    /// Of dolfinx, which can distribute the mesh.
+    /// For dolfinx, which can distribute the mesh.
     pub launch: Launch,
     /// Longest time one process may take.
     pub time_limit: Duration,
@@ -162,7 +162,7 @@ impl Answer {
     }
 }
 
-/// What the Rust engine reports of its iteration besides the increments.
+/// Data that the Rust engine reports about its iteration besides the increments.
 #[derive(Debug, Clone)]
 pub struct History {
     /// Why it ended.
@@ -171,9 +171,9 @@ pub struct History {
     pub changes: Vec<usize>,
     /// See [`faceoff_fem::contact::Solution`].
     pub residuals: Vec<f64>,
-    /// What solved the linear systems.
+    /// The solver of the linear systems.
     pub linear: Choice,
-    /// What was built for it.
+    /// The systems that were built for it.
     pub built: Built,
     /// Steps at other γ on the way to this one.
     pub on_the_way: usize,
@@ -213,7 +213,7 @@ impl Progress for Silent {}
 
 /// A code that solves cases.
 pub trait Engine: Sync {
-    /// What it is called on the command line and in reports.
+    /// Its name on the command line and in reports.
     fn name(&self) -> &str;
 
     /// The version, found by running the code.
@@ -235,7 +235,7 @@ pub trait Engine: Sync {
         false
     }
 
-    /// What its answers depend on besides cases and settings: its program, and the version of it.
+    /// The dependencies of its answers besides cases and settings: its program, and the version of it.
     ///
     /// # Errors
     /// Those of [`Engine::probe`].
@@ -305,7 +305,7 @@ pub fn pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..count).flat_map(move |a| (a + 1..count).map(move |b| (a, b)))
 }
 
-/// Of a companion's scripts, by name and text, or of the copies in a folder.
+/// The digest of a companion's scripts, by name and text, or of the copies in a folder.
 fn digest_of(companion: &[(&str, &str)], scripts: Option<&Path>) -> Result<String> {
     let mut all = Vec::new();
     for (name, text) in companion {

@@ -14,7 +14,7 @@ use super::shown::{Shown, is_of_system, real};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::memory;
 
-/// What a sandboxed program may use besides the system and its job folder.
+/// Folders that a sandboxed program may use besides the system and its job folder.
 #[derive(Debug, Default)]
 pub(super) struct Allowed {
     /// Programs that its own starts.
@@ -147,7 +147,7 @@ pub(super) fn enclose(command: &Command, folder: &Path, allowed: &Allowed) -> Re
     Ok(tools.command(folder, &arguments))
 }
 
-/// What makes a sandbox.
+/// The programs that make a sandbox.
 struct Tools {
     bubblewrap: PathBuf,
     shell: PathBuf,
@@ -202,7 +202,7 @@ impl Tools {
         command
     }
 
-    /// What all sandboxes of this process have in common, tried once.
+    /// The common part of all sandboxes of this process, tested once.
     fn options(&self) -> Result<&'static Vec<OsString>> {
         static OPTIONS: OnceLock<Result<Vec<OsString>, String>> = OnceLock::new();
         let tried = OPTIONS.get_or_init(|| {

@@ -23,10 +23,10 @@ use faceoff_mesh::file;
 use faceoff_mesh::io::{self, Content, Format, Options, Series, msh};
 use faceoff_mesh::mesh::Mesh;
 
-/// So coarse are the dates of some file systems.
+/// The resolution of dates on some file systems.
 const DATED: Duration = Duration::from_secs(2);
 
-/// What OpenMP and the libraries of linear algebra read.
+/// The variables that OpenMP and the linear algebra libraries read.
 const THREADS: [&str; 4] = [
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",
@@ -63,10 +63,10 @@ pub struct Form {
     suffix: &'static str,
 }
 
-/// What a code is given.
+/// The input of a code.
 #[derive(Debug, Clone, Copy)]
 pub struct Task<'a> {
-    /// None where every code makes its own.
+    /// None if every code makes its own.
     pub mesh: Option<&'a Mesh>,
     /// The refinement, where there are several.
     pub n: Option<usize>,
@@ -74,7 +74,7 @@ pub struct Task<'a> {
     pub parameters: &'a BTreeMap<String, String>,
 }
 
-/// What a code left.
+/// The output of a code.
 pub struct Left {
     /// The files that it was to write.
     pub results: Vec<Written>,
@@ -353,7 +353,7 @@ impl Script {
         })
     }
 
-    /// What is in the folder that it wrote into.
+    /// The contents of the folder that it wrote into.
     ///
     /// # Errors
     /// Files that are not there, or cannot be read.
@@ -377,7 +377,7 @@ impl Script {
         })
     }
 
-    /// What its answer depends on besides its task: the command, its program, the files that it names, and what these may load.
+    /// The dependencies of its answer besides its task: the command, its program, the files that it names, and what these may load.
     ///
     /// # Errors
     /// A file or folder that cannot be read, or more of them than can be looked at.
@@ -443,7 +443,7 @@ impl Script {
         Ok(pattern)
     }
 
-    /// What it was to write; a name may be a pattern of numbered files.
+    /// The files that it had to write; a name may be a pattern of numbered files.
     fn results(&self, place: &Path) -> Result<Vec<Written>> {
         let open = |name: &String| {
             let is_pattern = io::is_pattern(&place.join(name));
@@ -570,7 +570,7 @@ pub struct How {
     pub sandbox: bool,
 }
 
-/// What one would type.
+/// The command line.
 fn by_hand(home: &Path, words: &[String]) -> String {
     let quoted = |word: &String| {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,+:{}@%".contains(c);

@@ -1,4 +1,4 @@
-//! What a sandboxed program may ask of the kernel: a filter of system calls, as bubblewrap takes it.
+//! The system calls that a sandboxed program may use: a filter of system calls, as bubblewrap takes it.
 
 #[cfg(all(
     target_os = "linux",

@@ -27,7 +27,7 @@ const SHARED: [&str; 15] = [
     "/srv", "/sys", "/tmp", "/var", "/var/tmp",
 ];
 
-/// What there is below a Python's prefix of Python's: a prefix like ~/.local has more.
+/// Python's own folders below its prefix: a prefix like ~/.local contains more.
 const OF_PYTHON: [&str; 4] = ["bin", "include", "lib", "lib64"];
 
 /// The folders, where links lead, and where programs are looked for.
@@ -205,7 +205,7 @@ fn exposes(real: &Path) -> Option<String> {
     of_kernel.then(|| "not a folder of files".into())
 }
 
-/// What a Python needs whose program is in the folder `own`: its environment, if it is of one, and the Python that it is made
+/// The folders that a Python with its program in the folder `own` needs: its environment, if it is of one, and the Python that it is made
 /// from. The file that names it may be untrusted: it counts only if a Python is there. None if it is not a Python's.
 fn of_python(own: &Path) -> Option<Vec<PathBuf>> {
     let prefix = own.parent()?;

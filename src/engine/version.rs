@@ -60,7 +60,7 @@ pub(super) fn told(
 /// Refuses a release that is too old for the companion of `engine`.
 ///
 /// # Errors
-/// That release, and what to do.
+/// That release, and the remedy.
 pub(super) fn accept(engine: &str, version: &str) -> Result<()> {
     match (known(engine), parse(version)) {
         (Some(of), Some(release)) if release < of.oldest => {
@@ -78,7 +78,7 @@ pub(super) fn accept(engine: &str, version: &str) -> Result<()> {
     }
 }
 
-/// What a user should know of a release of `engine` that the companion was not tested with; none for others, and for
+/// A warning about a release of `engine` with which the companion was not tested; None for others, and for
 /// engines that have no companion here.
 pub fn doubt(engine: &str, version: &str) -> Option<String> {
     let of = known(engine)?;

@@ -105,7 +105,7 @@ impl Source {
         Ok(path)
     }
 
-    /// What an answer depends on besides mesh and parameters: the script, the program, and the files of the module that it imports.
+    /// The dependencies of an answer besides mesh and parameters: the script, the program, and the files of the module that it imports.
     pub(super) fn identity(&self, name: &str, command: &[String]) -> Result<Value> {
         let program = command.first().map(PathBuf::from).unwrap_or_default();
         let of_module = |module: &str| {

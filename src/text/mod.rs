@@ -187,7 +187,7 @@ impl Text {
         Text(spans.map(plain).collect())
     }
 
-    /// What `text!` calls.
+    /// Called by `text!`.
     pub(crate) fn filled<const N: usize>(template: &str, values: [Text; N]) -> Self {
         let (mut text, mut values, mut is_strong) = (Text::default(), values.into_iter(), false);
         for (k, part) in template.split('`').enumerate() {
@@ -301,14 +301,14 @@ impl Serialize for Text {
     }
 }
 
-/// What was kept as a string, which no longer knows its numbers.
+/// A text that was kept as a string, without its numbers.
 impl<'de> Deserialize<'de> for Text {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         String::deserialize(deserializer).map(|words| Text::message(&words))
     }
 }
 
-/// What sentences are made of.
+/// The parts of sentences.
 macro_rules! text_from {
     ($($of:ty: $value:ident => $pieces:expr;)*) => {
         $(impl From<$of> for Text {

@@ -3,7 +3,7 @@
 //! Every operation gives an interval that contains the exact result for all numbers of its operands (R. E. Moore,
 //! Interval Analysis, 1966): what rounding to nearest gives is moved outward by one step where it is not exact. The
 //! elementary functions are CORE-MATH's, which round correctly (A. Sibidanov, P. Zimmermann, S. Glondu, ARITH 2022).
-//! What is not defined somewhere in its operands, √ of negative numbers, a division by an interval with 0, is the whole
+//! An operation that is not defined somewhere in its operands, such as √ of negative numbers or a division by an interval with 0, gives the whole
 //! line: nothing is known then, and no false bound is given.
 
 use std::f64::consts::PI;
@@ -67,7 +67,7 @@ impl Interval {
         }
     }
 
-    /// What both hold, of one number. Where they have nothing in common they contradict each other, and nothing is known.
+    /// The intersection, for two enclosures of one number. If it is empty they contradict each other, and nothing is known.
     pub fn meet(self, other: Self) -> Self {
         Interval::new(self.low.max(other.low), self.high.min(other.high))
     }

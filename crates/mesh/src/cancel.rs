@@ -21,9 +21,9 @@ pub enum Cause {
         "it takes {used} MB of memory, and {most} MB may be taken; allow more with --memory, or use coarser meshes"
     )]
     Memory {
-        /// What the run uses, in MB.
+        /// The memory that the run uses, in MB.
         used: u64,
-        /// What it may use, in MB.
+        /// The memory that it may use, in MB.
         most: u64,
     },
 }
@@ -95,7 +95,7 @@ pub fn set_deadline(deadline: Instant) {
     let _ = DEADLINE.set(deadline);
 }
 
-/// What one program may take of the time that is left: nine tenths, so that the rest can still be judged without it.
+/// The share of the remaining time that one program may take: nine tenths, so that the rest can still be judged without it.
 pub fn share_of_time() -> Option<Duration> {
     let left = DEADLINE.get()?.saturating_duration_since(Instant::now());
     Some(left.mul_f64(0.9))

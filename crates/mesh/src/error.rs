@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::cancel::Cause;
 
-/// What may fail fails with the one [`enum@Error`].
+/// The result of a function that may fail, with the only [`enum@Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Everything that can go wrong. The program answers each of these with exit code 2.
@@ -30,7 +30,7 @@ pub enum Error {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What was to be done with it, as in `read`.
+        /// The operation that failed, such as `read`.
         action: &'static str,
         /// The system's reason.
         source: std::io::Error,
@@ -72,7 +72,7 @@ pub enum Error {
     /// An error that cannot be bounded.
     #[error("no certificate, because {because}; {remedy}")]
     Certificate {
-        /// What the bound would need, and there is not.
+        /// The assumption of the bound that is not satisfied.
         because: String,
         /// What to do about it.
         remedy: String,
@@ -90,7 +90,7 @@ pub enum Error {
     Engine {
         /// Its name.
         engine: String,
-        /// What it did, or did not.
+        /// What it did or failed to do.
         what: String,
         /// What to do about it.
         remedy: String,

@@ -220,7 +220,7 @@ impl Drop for Temporary {
     }
 }
 
-/// By this temporary folders are known: no name that somebody would give a folder of results.
+/// The prefix of temporary folders: not a name that somebody would give a folder of results.
 const PREFIX: &str = ".faceoff-temporary-";
 
 /// A folder that is younger may not have its lock yet.

@@ -52,7 +52,7 @@
 //! | SU2 | all zones | yes | second order; groups that are not sides; fields |
 //! | STL, PLY, OFF, OBJ | triangles and quadrangles | through meshio | |
 //!
-//! What these do not know, [meshio](https://github.com/nschloe/meshio) reads and writes, where its Python is given.
+//! Other formats are read and written by [meshio](https://github.com/nschloe/meshio), if its Python is given.
 
 #![warn(missing_docs)]
 

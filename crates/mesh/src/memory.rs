@@ -16,7 +16,7 @@ pub fn set_limit(bytes: u64) {
 /// Refuses what is predicted to take more bytes than can be had, before any of it is taken.
 ///
 /// # Errors
-/// What it is, what it would take, and what can be had.
+/// The task, the memory it needs, and the memory that is available.
 pub fn require(bytes: f64, what: &str) -> Result<()> {
     let there = available().map_or(f64::INFINITY, |there| there as f64);
     if bytes <= there {
@@ -87,7 +87,7 @@ fn from_meminfo(text: &str) -> Option<u64> {
     kilobytes.checked_mul(1024)
 }
 
-/// What the process's control groups (version 2, or 1) leave, the tightest counting.
+/// The memory that the control groups (version 2, or 1) of the process leave: the smallest of all.
 fn left_in_group(groups: &str, read: impl Fn(&str) -> Option<String>) -> Option<u64> {
     let number = |path: String| -> Option<u64> { read(&path)?.trim().parse().ok() };
     let left = |folder: &str, limit: &str, usage: &str| {

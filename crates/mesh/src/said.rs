@@ -28,7 +28,7 @@ enum Stream {
 /// stream open for as long as it lives.
 pub(crate) struct Said {
     parts: Receiver<(Stream, Vec<u8>)>,
-    /// Of each stream the line that is not complete yet.
+    /// For each stream, the line that is not complete yet.
     begun: [Vec<u8>; 2],
     log: File,
     logged: u64,
@@ -41,7 +41,7 @@ pub(crate) struct Said {
 }
 
 impl Said {
-    /// Of a program with these streams; the log is kept in `log`.
+    /// The output of a program with these streams; the log is kept in `log`.
     ///
     /// # Errors
     /// A system that starts no further thread.

@@ -20,7 +20,7 @@ use faceoff_mesh::memory;
 use faceoff_mesh::mesh::Triangulation;
 use plan::Spread;
 
-/// What is wanted.
+/// The requested accuracy.
 #[derive(Debug, Clone)]
 pub struct Wish {
     /// The scheme on every mesh.
@@ -31,7 +31,7 @@ pub struct Wish {
     pub accuracy: f64,
     /// When the iteration on each mesh ends.
     pub stop: Stop,
-    /// What solves the linear systems.
+    /// The solver of the linear systems.
     pub linear: Settings,
     /// One way only; none: whichever is predicted to be cheaper.
     pub way: Option<Way>,
@@ -79,7 +79,7 @@ pub struct Step {
     pub seconds: f64,
 }
 
-/// What comes next.
+/// The next step.
 #[derive(Debug, Clone, Copy)]
 pub struct Next {
     /// How its mesh is made.
@@ -138,7 +138,7 @@ const TOO_FINE: f64 = 4.0;
 const PROGRESS: f64 = 0.97;
 /// No more meshes than that.
 const MESHES: usize = 60;
-/// What a dof takes at least, with mesh, solution and certificate: 700 bytes with `cr` and 850 with `p2` on squares.
+/// The least memory per dof, with mesh, solution and certificate: 700 bytes with `cr` and 850 with `p2` on squares.
 const BYTES: f64 = 700.0;
 
 /// Refines until the relative bound is below the accuracy. `progress` is called with each mesh and what comes
@@ -281,7 +281,7 @@ fn solved(scene: &Scene, wish: &Wish, mesh: &Triangulation) -> Result<(Solution,
     })
 }
 
-/// What a bound consists of that gets no smaller.
+/// The parts of a bound that do not decrease.
 fn dominant(certificate: &Certificate) -> String {
     let parts = certificate.parts;
     if parts.unknown > 0.5 * certificate.g {

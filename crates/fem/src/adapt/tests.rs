@@ -1,10 +1,10 @@
-//! What comes next, from what was seen.
+//! The next mesh, from the previous ones.
 
 use super::*;
 use crate::contact::Method;
 use crate::scene::LARGEST_N;
 
-/// What is done after these n and relative bounds on squares for an accuracy of 1 %, predictions aiming at 0.95 %.
+/// The next step after these n and relative bounds on squares for an accuracy of 1 %, predictions aiming at 0.95 %.
 fn next(seen: &[(usize, f64)]) -> (Way, usize) {
     let scene = Scene::find("one-zone").unwrap();
     let wish = Wish {

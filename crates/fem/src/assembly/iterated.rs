@@ -70,7 +70,7 @@ impl<'a> Free<'a> {
     }
 }
 
-/// What is kept for many b.
+/// Data that are reused for many b.
 pub(crate) struct Iterated {
     sweeps: Sweeps,
     embedded: Embedded,
@@ -81,7 +81,7 @@ pub(crate) struct Iterated {
 const STEPS: usize = 200;
 
 impl Iterated {
-    /// None where P1 does not coarsen.
+    /// None if P1 does not coarsen.
     ///
     /// # Errors
     /// Those of [`Csr::sum`].
@@ -126,7 +126,7 @@ impl Iterated {
 
 /// Seconds that an operation on sparse vectors takes, fitted as those of a factorisation are.
 const ITERATED_FLOP: f64 = 1e-9;
-/// What iterations take besides, on a mesh of any size.
+/// Additional costs of iterations, on a mesh of any size.
 const ITERATED: f64 = 6e-3;
 /// Bytes of a dof: twenty vectors in f32, a dozen in f64, the embedding of P1 and its transpose.
 const OF_DOF: usize = 250;

@@ -23,7 +23,7 @@ const DOFS: usize = 400_000;
 /// Where g and ψ meet their intervals are no wider than this for rounding, relative to the largest value.
 const ROUNDING: f64 = 1e-12;
 
-/// What is known of a vertex.
+/// What is known about a vertex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Bound {
     Free,

@@ -1,4 +1,4 @@
-//! What is left of f on a cell once σ has taken its moments: explicit fluxes for what has mean 0 on the cell.
+//! The remainder of f on a cell after σ has taken its moments: explicit fluxes for what has mean 0 on the cell.
 //!
 //! Let r be f + div σ on a cell κ whose tree was cut. Its mean m on κ, and the part that the tree does not know, go to
 //! the majorant flux. Constants on leaves that have mean 0 on κ are the divergence of an explicit flux τ without normal
@@ -42,7 +42,7 @@ pub(super) fn poincare(dim: usize) -> Interval {
     }
 }
 
-/// What is left of f on one cell.
+/// The remainder of f on one cell.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Balance {
     /// |(left, w)| ≤ oscillation ‖∇w‖_κ for what is known and not in τ.
@@ -64,7 +64,7 @@ pub(super) struct Balance {
 pub(super) struct Tau {
     pub piece: Piece,
     pub share: f64,
-    /// What is linear, at the corners …
+    /// The linear part, at the corners …
     corners: [Coefficients; 4],
     /// … and the a_i of the rest, which is 0 there.
     slopes: [f64; 4],
@@ -252,7 +252,7 @@ fn slopes(values: &[Interval]) -> [f64; 4] {
     slopes
 }
 
-/// What Poincaré's inequality bounds on one leaf.
+/// The part that Poincaré's inequality bounds on one leaf.
 struct Away {
     /// C h_S
     scale: f64,

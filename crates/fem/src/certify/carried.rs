@@ -33,7 +33,7 @@ impl Carried {
     }
 }
 
-/// What is no farther from a number than this, rounded in some steps.
+/// The interval within this distance of a number, rounded in several steps.
 pub(super) fn around(middle: f64, radius: f64) -> Interval {
     Interval::at(middle) + Interval::around_zero(1.001 * radius + f64::MIN_POSITIVE)
 }

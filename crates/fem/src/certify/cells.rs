@@ -20,12 +20,12 @@ use faceoff_mesh::mesh::Triangulation;
 use faceoff_mesh::parallel;
 use std::borrow::Cow;
 
-/// What the theorem needs of each cell.
+/// The quantities of each cell that the theorem needs.
 #[derive(Clone, Copy, Default)]
 pub(super) struct CellParts {
     /// ‖∇v-σ‖_κ
     pub misfit: f64,
-    /// Of what is left of f: see [`Balance`].
+    /// For the remainder of f: see [`Balance`].
     pub oscillation: f64,
     pub error: f64,
     pub spread: f64,

@@ -185,7 +185,7 @@ fn is_linear(problem: &Problem, face: usize, unit: i32) -> bool {
         })
 }
 
-/// What is the same on all parts of a cell.
+/// Data that are the same on all parts of a cell.
 struct OnCell<'a> {
     cell: Simplex,
     g: &'a Expression,

@@ -149,7 +149,7 @@ impl PreparedData {
     }
 }
 
-/// That of a cell, if it has one.
+/// The part of a cell, if it has one.
 fn of_cell(cut_offs: &[CutOff], cell: usize) -> Option<&CutOff> {
     let found = cut_offs.binary_search_by_key(&cell, |cut_off| cut_off.cell);
     found.ok().map(|k| &cut_offs[k])
@@ -319,7 +319,7 @@ fn loads(problem: &Problem, unit: i32) -> Result<(Vec<Tree>, Vec<Load>, f64)> {
     Ok((trees, loads, enough))
 }
 
-/// What is not bounded cannot be charged.
+/// Unbounded data cannot be charged.
 fn bounded(name: &str, tree: &Tree, place: impl Fn() -> String) -> Result<()> {
     let mut is_bounded = true;
     tree.for_each(&mut |node, _, _| is_bounded &= tree.leaf(node).unknown().is_finite());

@@ -1,4 +1,4 @@
-//! What data hide between samples, and what is not known of them: all of it is in the bounds.
+//! Data between samples, and the uncertainty of data: all of it is in the bounds.
 
 use super::carried::Carried;
 use super::products::Moments;

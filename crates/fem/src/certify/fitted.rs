@@ -1,4 +1,4 @@
-//! What v may be on the contact faces for one field.
+//! Admissible v on the contact faces for one field.
 //!
 //! A lift of ψ is part of v whether v touches ψ or not. Where a line below ψ costs less than a lift the line takes its place.
 
@@ -242,7 +242,7 @@ mod tests {
         }
     }
 
-    /// What is out of reach costs nothing, however it is bent: 60 times the bound where its kink is lifted.
+    /// An obstacle out of reach costs nothing, for any shape: 60 times the bound where its kink is lifted.
     #[test]
     fn an_obstacle_out_of_reach_costs_nothing() {
         let bound = |psi: &str| {

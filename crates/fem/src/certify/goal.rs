@@ -52,7 +52,7 @@ pub(super) struct Rest {
     pub mean: f64,
 }
 
-/// What the bounds of the primal problem are.
+/// The bounds of the primal problem.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Known {
     /// ‖∇u-G‖, G without lifts and τ

@@ -27,7 +27,7 @@ use crate::scene::expression::{Condition, Monomials, SECOND_IN_SPACE};
 
 /// How a simplex meets the surfaces where an expression jumps.
 pub(super) struct Jump {
-    /// What conditions are on most of the simplex, in the order of the expression's.
+    /// The values of the conditions on most of the simplex, in the order of the expression.
     pub chosen: Vec<Option<bool>>,
     /// No more of the simplex than this has other conditions.
     pub share: f64,
@@ -51,7 +51,7 @@ const GRAIN: f64 = 1.0 / (1_u32 << 13) as f64;
 /// A cut is worth it where l is this many times ε on the other side: it would follow its own parts for ever otherwise.
 const CLEARLY: f64 = 4.0;
 
-/// None where no condition turns over, or its surface is not known.
+/// None if no condition changes, or its surface is not known.
 pub(super) fn find(expression: &Expression, corners: &[Vector], axes: &[usize]) -> Option<Jump> {
     let around = around(corners);
     let count = corners.len() as f64;

@@ -351,7 +351,7 @@ impl<'a> Face<'a> {
         near.low > vertex.high || near.high < vertex.low
     }
 
-    /// What the data have beyond their linear interpolant in the middle, about.
+    /// The approximate difference of the data from their linear interpolant at the midpoint.
     fn middle(&self) -> f64 {
         let values = self.values[0] + self.values[1];
         let middle = (self.value([0.5, 0.5]) - 0.5 * values).mid();

@@ -82,7 +82,7 @@ pub struct Certificate {
     pub gradient: [f64; 2],
     /// J(u) is at least and at most this.
     pub energy: [f64; 2],
-    /// What the bounds are made of.
+    /// The parts of the bounds.
     pub parts: Parts,
     /// Numbers of u, where they were asked for: see [`examine`].
     pub numbers: Option<Numbers>,
@@ -96,7 +96,7 @@ pub struct Certificate {
     pub fields: Fields,
 }
 
-/// What the bounds are made of.
+/// The parts of the bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Parts {
     /// M = ‖∇v-σ‖
@@ -150,7 +150,7 @@ impl std::str::FromStr for Target {
 }
 
 impl Certificate {
-    /// What a cell adds to the bound: the root of its part of the square.
+    /// The contribution of a cell to the bound: the root of its part of the square.
     pub fn part(&self, cell: usize) -> f64 {
         let root = Interval::at(self.local[cell].sqrt());
         root.times_power_of_two(-self.unit).mid()
@@ -374,7 +374,7 @@ fn bounds(fields: &CellFields, solver: &mut Fluxes) -> Result<(Certificate, Know
     Ok((certificate, known))
 }
 
-/// What is within `radius` of a norm.
+/// The interval within `radius` of a norm.
 fn around(norm: Interval, radius: f64) -> [f64; 2] {
     let of = norm + Interval::around_zero(radius);
     [of.low.max(0.0), of.high]

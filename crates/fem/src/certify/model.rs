@@ -33,7 +33,7 @@ use faceoff_mesh::parallel;
 /// Where an expression is modelled: simplices of dimension `dim` in a space of `space` dimensions.
 pub(super) struct Domain<'a> {
     pub expression: &'a Expression,
-    /// Of a simplex, `dim + 1` of them.
+    /// The corners of a simplex, `dim + 1` of them.
     pub vertices: Box<dyn Fn(usize) -> [[f64; 3]; 4] + Sync + 'a>,
     /// |S|, roughly: only what is cut first depends on it.
     pub measures: Vec<f64>,
@@ -43,7 +43,7 @@ pub(super) struct Domain<'a> {
     pub unit: i32,
 }
 
-/// What enclosing may take.
+/// The budget for enclosing.
 pub(super) struct Effort {
     /// ∫ |r| wanted, relative to (∫ f²)^½.
     pub tolerance: f64,
@@ -51,7 +51,7 @@ pub(super) struct Effort {
     pub budget: usize,
 }
 
-/// What one task met: cells in rows have their boxes in common, and along the axes on which an expression does not depend all
+/// The cache of one task: cells in rows have their boxes in common, and along the axes on which an expression does not depend all
 /// cells do.
 #[derive(Default)]
 struct Boxes {
@@ -84,9 +84,9 @@ const OF_JUMPS: f64 = 100.0;
 /// The smallest number of cells per task.
 const TOGETHER: usize = 1024;
 
-/// What becomes of a leaf.
+/// The fate of a leaf.
 pub(super) enum Improved {
-    /// Nothing more helps.
+    /// No further cut helps.
     Final,
     /// All derivatives were taken.
     Smoother(Leaf),
@@ -425,7 +425,7 @@ pub(super) struct Open {
     pub simplex: usize,
     pub node: u32,
     pub piece: Piece,
-    /// Of the simplex, exact.
+    /// The share of the simplex, exact.
     pub share: f64,
     /// May it not be cut any more?
     pub is_final: bool,

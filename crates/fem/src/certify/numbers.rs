@@ -34,7 +34,7 @@ pub struct Numbers {
     /// The mean of u over each group of cells that is not all of the domain.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub means: Vec<OfPart>,
-    /// What is proved of the contact set, in 2D where Γ_C lies on one line parallel to an axis.
+    /// What is proved about the contact set, in 2D where Γ_C lies on one line parallel to an axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactProof>,
 }
@@ -44,7 +44,7 @@ pub struct Numbers {
 pub struct OfPart {
     /// The group's name, or its number where it has none.
     pub part: String,
-    /// None where the group meets another of Γ_C or Γ_D.
+    /// None if the group meets another of Γ_C or Γ_D.
     pub interval: Option<[f64; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! What v may be on the contact faces: a linear function that is nowhere above ψ, or ψ itself by a lift.
+//! Admissible v on the contact faces: a linear function that is nowhere above ψ, or ψ itself by a lift.
 //!
 //! In 2D v is ψ's interpolant and its lift where ψ is not linear. Where there is no lift, in 3D and where ψ jumps or has a
 //! spike, v stays below ψ by as much as its interpolant is above it somewhere on the face: that costs <λ, v-ψ>.

@@ -1,4 +1,4 @@
-//! What is left of t on a face of Γ_N once σ·n has taken its mean.
+//! The remainder of t on a face of Γ_N after σ·n has taken its mean.
 //!
 //! In 2D, on a face F = ab of a triangle with c opposite, t's constants on the leaves of F are normal traces of an
 //! explicit flux without divergence: where the halves of a segment differ from its mean by ±δ, it is δ |F|/(2|κ|) times

@@ -105,7 +105,7 @@ impl<'a> Poisson<'a> {
         Ok(w)
     }
 
-    /// What has the rows of b up to the rounding of one solve, or to nine digits by iterations, and 0 where values are given.
+    /// The solution of the rows of b up to the rounding of one solve, or to nine digits by iterations, and 0 where values are given.
     ///
     /// # Errors
     /// Those of the linear solver.

@@ -1,4 +1,4 @@
-//! What is proved of the contact set of u itself, not of a discrete one.
+//! Proofs about the contact set of u itself, not of a discrete solution.
 
 mod free;
 #[cfg(test)]
@@ -34,7 +34,7 @@ pub struct Touched {
 /// On more cells than that nothing is looked for: each ball is a dual problem.
 const MANY: usize = 20_000;
 
-/// What is proved of the contact set, in 2D where Γ_C lies on one line parallel to an axis; else nothing.
+/// What is proved about the contact set, in 2D where Γ_C lies on one line parallel to an axis; else nothing.
 ///
 /// # Errors
 /// Those of the linear solver.

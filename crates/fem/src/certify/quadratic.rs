@@ -563,7 +563,7 @@ mod tests {
         }
     }
 
-    /// What the values at the points are off by is more between them: in the middle of a triangle 5/3 of it.
+    /// The error of the values at the points is larger between them: in the middle of a triangle 5/3 of it.
     #[test]
     fn a_part_is_off_by_more_than_the_points() {
         let third = 1.0 / 3.0;

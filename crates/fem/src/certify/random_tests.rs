@@ -350,7 +350,7 @@ impl Made {
     }
 }
 
-/// What one scene shows; none where there is no certificate.
+/// The results for one scene; None if there is no certificate.
 fn try_one(seed: u64, draw: impl Fn(&mut Random) -> Made) -> Option<f64> {
     let mut random = Random::new(seed);
     let made = draw(&mut random);

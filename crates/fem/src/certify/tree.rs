@@ -1,4 +1,4 @@
-//! What an expression is on the parts of a simplex that was cut: p + s + r on each, with p linear, s of mean 0 and |s| ≤ `wave`,
+//! A model of an expression on the parts of a simplex that was cut: p + s + r on each, with p linear, s of mean 0 and |s| ≤ `wave`,
 //! |r| ≤ `error` everywhere but on spots.
 
 use super::carried::Carried;
@@ -74,7 +74,7 @@ pub(super) struct Tree {
     pub whole: Leaf,
     /// Its parts, theirs, …; empty where it was not cut.
     pub rest: Vec<Leaf>,
-    /// What carries s, on a triangle that was not cut.
+    /// The flux that carries s, on a triangle that was not cut.
     pub carried: Option<Box<Carried>>,
     /// Moments of all parts, of f on a cell that was cut.
     pub moments: Option<Box<Moments>>,

@@ -32,7 +32,7 @@ const TRIALS: usize = 5;
 /// P is rounding below this many units of the sizes of its terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// What has one status.
+/// The unit that has one status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Per {
     /// All conditions of a face; for conditions at the points of faces.

@@ -60,7 +60,7 @@ struct Stale {
     solved: Solved,
 }
 
-/// What is added to the stiffness of cells where Γ_D does not hold all of the domain: the mass of Γ_C, so that the matrix
+/// The matrix that is added to the stiffness of cells if Γ_D does not constrain all of the domain: the mass of Γ_C, so that the matrix
 /// is definite.
 fn shift_of_cells(problem: &Problem) -> BTreeMap<usize, Vec<f64>> {
     let mut shift = BTreeMap::new();
@@ -370,7 +370,7 @@ impl System for Condensed<'_> {
         self.residual_with(u, |k, condition, r| condition.add_law_to(laws[k], u, r))
     }
 
-    /// What residuals are relative to: ‖S‖ in the maximum norm, and max |g|.
+    /// The reference for residuals: ‖S‖ in the maximum norm, and max |g|.
     fn scale(&self) -> [f64; 2] {
         let load = self.load.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
         [self.schur.norm(), load]

@@ -28,7 +28,7 @@ pub struct Condition {
 /// A row that has the whole law of a contact face; see `scheme`.
 #[derive(Clone, Copy)]
 pub(super) struct Row {
-    /// Of which of the condition's dofs.
+    /// The indices in the condition's dofs.
     pub local: usize,
     /// h_F
     pub height: f64,
@@ -136,7 +136,7 @@ impl Condition {
             .collect()
     }
 
-    /// What -q is tested with: g(φ_j), j counted in `dofs`.
+    /// The test functional of -q: g(φ_j), j counted in `dofs`.
     pub fn flux_test(&self, j: usize) -> f64 {
         match self.row {
             Some(row) => f64::from(u8::from(row.local == j)),
@@ -144,7 +144,7 @@ impl Condition {
         }
     }
 
-    /// What the law is tested with: θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.
+    /// The test functional of the law: θ₂ γ⁻¹ g(φ_j) + θ₁ q'(φ_j), j counted in `dofs`.
     pub fn test(&self, j: usize) -> f64 {
         if self.row.is_some() {
             return self.flux_test(j);

@@ -27,7 +27,7 @@ pub struct Discretisation {
     pub method: Method,
     /// γ = γ₀ h of Nitsche's method; see [`Discretisation::gamma0`].
     pub gamma0: f64,
-    /// What h is in γ = γ₀ h.
+    /// The meaning of h in γ = γ₀ h.
     pub h: HRule,
     /// Name of the rule for (f, v); none: the default of the dimension.
     pub load_quadrature: Option<String>,

@@ -21,7 +21,7 @@ use faceoff_mesh::parallel;
 pub struct Problem<'a> {
     /// The continuous problem.
     pub scene: &'a Scene,
-    /// What makes a scheme of it.
+    /// The discretisation that makes it a scheme.
     pub discretisation: Discretisation,
     /// V_h, on all of the mesh and without boundary conditions.
     pub space: Space<'a>,

@@ -14,7 +14,7 @@ pub struct Held {
 }
 
 impl Held {
-    /// Of `count` dofs these have given values; of a dof that comes several times the last one stays.
+    /// Of `count` dofs these have given values; if a dof occurs several times, the last value counts.
     pub(super) fn new(count: usize, mut given: Vec<(u32, f64)>) -> Self {
         given.sort_by_key(|(dof, _)| *dof);
         let mut held = Held {

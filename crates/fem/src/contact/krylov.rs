@@ -27,7 +27,7 @@ use faceoff_mesh::parallel;
 
 /// Most iterations for one step of Newton's method.
 const STEPS: usize = 400;
-/// What a step leaves of its residual while many conditions change, while a few do, and at last.
+/// The reduction of the residual in a step while many conditions change, while a few do, and in the end.
 const COARSE: f64 = 1e-2;
 const MEDIUM: f64 = 1e-4;
 const FINE: f64 = 1e-10;
@@ -39,11 +39,11 @@ const CHUNK: usize = 1 << 13;
 /// Vectors of this system hold all dofs.
 pub(super) struct Krylov<'a> {
     scheme: Scheme<'a>,
-    /// What is not given on Γ_D.
+    /// The dofs that are not given on Γ_D.
     free: Free<'a>,
     /// The rows that the conditions change, as A has them: free number and values.
     stiff: Vec<(u32, Vec<f64>)>,
-    /// What is solved for as one block, and its free numbers.
+    /// The unknowns that are solved for as one block, and their free numbers.
     layer: Option<Layer>,
     layer_rows: Vec<u32>,
     state: RefCell<State>,
@@ -60,11 +60,11 @@ pub(super) struct Krylov<'a> {
     built: Cell<usize>,
 }
 
-/// What is kept from step to step.
+/// Data that are kept from step to step.
 struct State {
     sweeps: Sweeps,
     laws: Vec<Weights>,
-    /// Of the layer with these laws.
+    /// The preconditioner of the layer with these laws.
     lu: Option<SchurLu>,
     /// Vectors of iterations.
     room: Room,
@@ -85,7 +85,7 @@ const STALLED: f64 = 0.1;
 const STALE: f64 = 2.0;
 
 impl<'a> Krylov<'a> {
-    /// What iterating is predicted to take; none for what it does not solve.
+    /// The predicted cost of iterating; None for systems that it does not solve.
     pub fn predicted(scheme: &Scheme) -> Option<Choice> {
         choice(scheme)
     }

@@ -1,4 +1,4 @@
-//! What is read off a discrete solution, whichever engine it came from: fields on the faces for
+//! Quantities of a discrete solution of any engine: fields on the faces for
 //! the comparison, and the numbers that section 6 of the paper reports.
 
 use super::contact_set::ContactSet;

@@ -26,7 +26,7 @@ use faceoff_mesh::parallel;
 pub(super) struct Scheme<'a> {
     pub problem: &'a Problem<'a>,
     pub conditions: Cow<'a, [Condition]>,
-    /// What the conditions change about the load: (dof, change).
+    /// The changes of the load by the conditions: (dof, change).
     changes: Vec<(u32, f64)>,
 }
 
@@ -117,7 +117,7 @@ fn is_face_law(problem: &Problem) -> bool {
     penalty_free && element.on().faces && element.degree() == 1
 }
 
-/// None where all faces of a cell are contact faces: then the m of its faces do not exist.
+/// None if all faces of a cell are contact faces: then the m of its faces do not exist.
 fn by_faces<'a>(problem: &'a Problem<'a>, conditions: &[Condition]) -> Option<Scheme<'a>> {
     let mut conditions = conditions.to_vec();
     let mut changes = Vec::new();

@@ -11,9 +11,9 @@ use super::system::{System, Weights, largest};
 use crate::linear::Settings;
 use faceoff_mesh::error::Result;
 
-/// What one choice of signs moves u by where no other is worth a look: five digits below what matters to [`super::solve()`].
+/// The relative change of u by one choice of signs below which no other is tried: five digits below what matters to [`super::solve()`].
 const NEGLIGIBLE: f64 = 1e-7;
-/// What is left of a right side of which only the size of the response counts.
+/// The residual of a right-hand side for which only the size of the response matters.
 const ROUGH: f64 = 0.5;
 
 /// How far rounding in the contact terms moves u. No backward error sees it: a row in which γ∂ₙu∂ₙv is 1e16 times the

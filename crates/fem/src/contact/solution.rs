@@ -54,7 +54,7 @@ pub struct Timings {
     pub expand: f64,
 }
 
-/// What an iteration ended with.
+/// How an iteration ended.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// u at all dofs: of the last step, or where nothing was reached of the step with the smallest
@@ -76,10 +76,10 @@ pub struct Solution {
     pub converged: bool,
     /// [`super::Problem::backward_error`] of u.
     pub backward_error: f64,
-    /// What it took.
+    /// Its cost.
     pub seconds: Timings,
-    /// What solved the linear systems.
+    /// The solver of the linear systems.
     pub linear: Choice,
-    /// What was built for it.
+    /// The systems that were built for it.
     pub built: Built,
 }

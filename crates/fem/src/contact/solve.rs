@@ -108,7 +108,7 @@ pub fn solve_by(
     }
 }
 
-/// What solves where what was chosen because it is faster, or takes less memory, does not.
+/// The fallback solver, if the one that was chosen because it is faster or takes less memory fails.
 fn safer(settings: Settings, choice: Choice) -> Option<Settings> {
     match (settings.solver, settings.precision) {
         (Solver::Auto, _) if choice.solver == Solver::Iterative => Some(Settings {
@@ -262,7 +262,7 @@ fn iterate(
     })
 }
 
-/// What a step towards the start leaves of its residual: the next one goes on from there.
+/// The reduction of the residual in a step towards the initial guess: the next one continues from there.
 const ROUGH: f64 = 0.1;
 
 /// u of the variational inequality on P1, which has nearly the same contact set at a third of the unknowns in 2D and
@@ -387,7 +387,7 @@ pub(super) fn take_step(scheme: &dyn System, laws: &[Weights], u: &mut [f64]) ->
     })
 }
 
-/// What residuals are relative to.
+/// The reference for residuals.
 struct Scale {
     /// ‖S‖ in the maximum norm, max |g|.
     stiffness: f64,
@@ -435,7 +435,7 @@ fn relative_increment(scheme: &dyn System, scale: &Scale, step: &[f64], u: &[f64
 mod tests {
     use super::*;
 
-    /// What was asked for by name is not replaced.
+    /// A solver that was requested by name is not replaced.
     #[test]
     fn what_was_chosen_has_a_safer_way_and_what_was_asked_for_has_none() {
         let chosen = |solver, precision| Choice {

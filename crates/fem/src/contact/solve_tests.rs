@@ -407,7 +407,7 @@ fn a_long_contact_is_solved_as_by_one_dense_matrix() {
     }
 }
 
-/// What is done again for each set of statuses grows as the strip does, and so does the memory.
+/// The work that is repeated for each set of statuses grows linearly with the strip, and so does the memory.
 #[test]
 fn a_longer_contact_costs_no_more_a_face() {
     let scene = scene(|_, _| {});

@@ -1,4 +1,4 @@
-//! What the iterations of `solve` need of a scheme, condensed or whole.
+//! The interface of a scheme, condensed or whole, for the iterations of `solve`.
 
 use super::condition::Condition;
 use super::scheme::Scheme;
@@ -6,10 +6,10 @@ use crate::linear::Choice;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::parallel;
 
-/// What the law `u-ψ + [P]₊` of a condition is replaced by in a linear step: α (u-ψ) + β γ ∂ₙu.
+/// The replacement of the law `u-ψ + [P]₊` of a condition in a linear step: α (u-ψ) + β γ ∂ₙu.
 pub(super) type Weights = [f64; 2];
 
-/// What a solve built: 0 where it was not needed.
+/// The sizes of the systems that a solve built: 0 if not needed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Built {
     /// The unknowns that the iteration works on.
@@ -48,7 +48,7 @@ impl Energy {
         Energy { unit, value }
     }
 
-    /// Of v, from the product of the matrix with it.
+    /// The energy of v, from the product of the matrix with it.
     pub fn of_product(v: &[f64], product: &[f64]) -> Self {
         Energy::new(largest(v), v, |k| product[k], 0.0)
     }
@@ -74,10 +74,10 @@ pub(super) trait System {
     /// The part of the domain of each unknown, where it is one that Γ_D does not hold.
     fn floating(&self) -> Option<&[Option<u32>]>;
 
-    /// What solves the linear systems.
+    /// The solver of the linear systems.
     fn choice(&self) -> Choice;
 
-    /// What has been built so far.
+    /// The systems that have been built so far.
     fn built(&self) -> Built;
 
     /// Does [`System::complete`] solve all that the conditions leave open?
@@ -92,7 +92,7 @@ pub(super) trait System {
     /// The same of the linear scheme with these laws.
     fn linear_residual(&self, laws: &[Weights], u: &[f64]) -> Vec<f64>;
 
-    /// What residuals are relative to: the matrix in the maximum norm, and the largest load.
+    /// The reference for residuals: the matrix in the maximum norm, and the largest load.
     fn scale(&self) -> [f64; 2];
 
     /// The energy of an increment.

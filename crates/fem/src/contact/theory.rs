@@ -1,4 +1,4 @@
-//! What the paper's theory supposes and proves, as numbers of one discretisation: Lemma 3.1, the positivity (4.2), assumption (2.10).
+//! The assumptions and results of the paper's theory, as numbers of one discretisation: Lemma 3.1, the positivity (4.2), assumption (2.10).
 
 use nalgebra::Matrix3;
 

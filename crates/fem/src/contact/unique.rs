@@ -47,7 +47,7 @@ pub enum Doubt {
     },
     /// No condition is known for the method.
     NoTheorem,
-    /// Nothing holds a part of the domain, and nothing presses it on its obstacle.
+    /// A part of the domain is not constrained, and no load presses it on its obstacle.
     Floating,
 }
 

@@ -7,7 +7,7 @@ use crate::quadrature::{self, Piece, Rule, WHOLE, cut, longest_edge};
 use crate::truth::Reference;
 use faceoff_mesh::parallel;
 
-/// What is left of the squares whose difference is an error, relative to them: the truth has 13 digits, (f, U) as many.
+/// The rounding of the squares whose difference is an error, relative to them: the truth has 13 digits, (f, U) as many.
 const ROUNDING: f64 = 1e-12;
 /// The radians of f across a part of a cell, at most: the product rule below has thirteen digits then.
 const RADIANS: f64 = 0.5;

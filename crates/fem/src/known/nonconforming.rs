@@ -17,7 +17,7 @@ use crate::quadrature::{self, Rule};
 use crate::truth::Reference;
 use faceoff_mesh::parallel;
 
-/// What errors are taken to.
+/// The reference for errors.
 pub trait Function: Sync {
     /// u at (x, y).
     fn value(&self, x: f64, y: f64) -> f64;

@@ -94,7 +94,7 @@ impl Amg {
         }
     }
 
-    /// What the last cycle found.
+    /// The result of the last cycle.
     pub fn solution(&self) -> &[f64] {
         match self.levels.first() {
             Some(level) => &level.x,

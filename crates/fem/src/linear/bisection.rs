@@ -84,7 +84,7 @@ impl Tree {
     }
 }
 
-/// What takes points into the unit cube.
+/// The map of points into the unit cube.
 struct UnitCube {
     low: [f64; 3],
     high: [f64; 3],

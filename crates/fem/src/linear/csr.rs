@@ -353,7 +353,7 @@ impl<T: Number> Csr<T> {
         self.columns
     }
 
-    /// What one pass over it reads.
+    /// The bytes that one pass over it reads.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.starts[..])
             + size_of_val(&self.indices[..])

@@ -29,7 +29,7 @@ pub trait Elements: Sync {
     }
 }
 
-/// What becomes of an unknown.
+/// The role of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// It is eliminated.

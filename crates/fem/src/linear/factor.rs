@@ -13,7 +13,7 @@ use super::{Analysis, Changed, Elements, Precision, Role, Schur, Settings, Solve
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::memory;
 
-/// What was chosen, and what it was predicted to take.
+/// The chosen solver, and its predicted cost.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Choice {
     /// Never [`Solver::Auto`].

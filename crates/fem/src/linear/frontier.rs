@@ -1,4 +1,4 @@
-//! What of the tree of elimination is done once, and what again for each set of statuses in contact.
+//! Divides the elimination tree into a part that is eliminated once, and a part that is eliminated again for each contact set.
 //!
 //! Below the *frontier* kept unknowns are carried upwards in every front, and the others are eliminated once; what arrives is
 //! dense, and grows with the square of all that is kept below. Above it parts are *open*: all that is complete in them, kept
@@ -15,7 +15,7 @@
 
 use super::bisection::Tree;
 
-/// What of each part is complete in it and not in its halves, and what it shares with the rest.
+/// The unknowns of each part that are complete in it and not in its halves, and those that it shares with the rest.
 pub(super) struct Counts {
     pub eliminated: Vec<u32>,
     pub kept: Vec<u32>,

@@ -192,7 +192,7 @@ impl General {
     }
 }
 
-/// None where the matrix is not positive definite.
+/// None if the matrix is not positive definite.
 fn cholesky(
     starts: &[usize],
     columns: &[usize],

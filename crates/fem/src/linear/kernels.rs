@@ -9,7 +9,7 @@ use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Accum, ColRef, MatMut, MatRef, Par, Spec};
 
-/// What is stored in f64 or in f32, and computed with in f64.
+/// Numbers that are stored in f64 or in f32, and computed with in f64.
 pub trait Number: Copy + Debug + Send + Sync {
     const ZERO: Self;
     fn of(value: f64) -> Self;

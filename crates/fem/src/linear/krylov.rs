@@ -21,10 +21,10 @@ pub struct KrylovStop {
 
 /// Steps between restarts of GMRES, which is the number of stored vectors.
 const RESTART: usize = 20;
-/// What is left of a residual before a restart: above what rounding to f32 leaves.
+/// The reduction of a residual before a restart: above what rounding to f32 leaves.
 const GAIN: f64 = 1e-6;
 
-/// What an iteration ended with.
+/// How an iteration ended.
 #[derive(Debug, Clone, Copy)]
 pub struct Ended {
     /// Those that were taken.
@@ -412,7 +412,7 @@ mod tests {
         );
     }
 
-    /// What the last solve left in the vectors does not matter.
+    /// The contents of the vectors before a solve do not matter.
     #[test]
     fn gmres_goes_on_in_the_same_room_and_from_where_it_is() {
         let mut b = vec![0.0; N];

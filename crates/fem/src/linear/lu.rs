@@ -1,7 +1,7 @@
 //! Multifrontal LU factorisation of the Schur complement with what contact adds (I. Duff, J. Reid, SIAM J. Sci. Stat. Comput.
 //! 5, 1984): the part of the elimination that is done again for each set of statuses.
 //!
-//! What is factored is a sum of dense blocks and single entries. Each front eliminates a group of unknowns; where its pivots
+//! The factorised matrix is a sum of dense blocks and single entries. Each front eliminates a group of unknowns; where its pivots
 //! would let the entries grow, they wait for the next front, as in Duff and Reid. On the last one all that is left is pivoted.
 
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub struct SchurLu {
     fronts: Vec<Eliminated>,
 }
 
-/// What is left of a front M = PᵀLU once its pivots p are eliminated from its border b.
+/// The factors of a front M = PᵀLU after its pivots p are eliminated from its border b.
 #[derive(Default)]
 struct Eliminated {
     /// Pivots that fronts below left to this one, which come first.
@@ -41,7 +41,7 @@ struct Eliminated {
     values: Vec<f64>,
 }
 
-/// What a front hands up: pivots that wait, and a matrix on them and its border, by columns.
+/// The contribution of a front to the one above: delayed pivots, and a matrix on them and its border, by columns.
 #[derive(Default)]
 struct Update {
     waiting: Vec<u32>,

@@ -180,7 +180,7 @@ impl<T> Multifrontal<T> {
     }
 }
 
-/// What a part writes: its columns, as [`Multifrontal`] has them, and y of its pivots, of which `first` is the first.
+/// The output of a part: its columns, as [`Multifrontal`] has them, and y of its pivots, of which `first` is the first.
 struct Room<'a, T> {
     below: &'a mut [T],
     inverse: &'a mut [f64],

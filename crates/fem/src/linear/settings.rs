@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-/// What solves linear systems.
+/// The solver of linear systems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Solver {
@@ -36,9 +36,9 @@ pub enum Precision {
 /// Solver and precision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Settings {
-    /// What solves; [`Solver::Auto`] leaves it open.
+    /// The solver; [`Solver::Auto`] chooses one.
     pub solver: Solver,
-    /// Of the factor; [`Precision::Auto`] leaves it open, and faer's knows binary64 only.
+    /// The precision of the factor; [`Precision::Auto`] chooses one, and faer's is always binary64.
     pub precision: Precision,
 }
 

@@ -64,7 +64,7 @@ impl<'a, T: Copy> Columns<'a, T> {
 /// Right-hand sides in the fronts of a part that are done one after the other.
 #[derive(Default)]
 pub(super) struct Sides {
-    /// What waits for its other half, the last one on top, and how much each is.
+    /// Contributions that wait for their other half, the last one on top, and their sizes.
     waiting: Vec<f64>,
     counts: Vec<usize>,
     /// Of one front.
@@ -98,7 +98,7 @@ impl Sides {
         self.counts.push(border.len());
     }
 
-    /// What the last front left on its border.
+    /// The values of the last front on its border.
     pub fn rest(self) -> Vec<f64> {
         self.waiting
     }

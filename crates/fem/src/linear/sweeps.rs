@@ -9,7 +9,7 @@
 //! product with what it gives take half the entries (S. C. Eisenstat, SIAM J. Sci. Stat. Comput. 2, 1981). A backward sweep
 //! is the transpose of a forward one, so that a cycle with both is symmetric.
 //!
-//! What sweeps read are the entries rounded to f32, at half the bytes, and a diagonal that leaves the sums of rows as they were:
+//! Sweeps read the entries rounded to f32, at half the bytes, and a diagonal that preserves the row sums:
 //! xᵀAx so is off by rounding of Σ |a_ij| (x_i - x_j)², whatever the condition of A. The product is that of this matrix.
 
 use std::ops::Range;

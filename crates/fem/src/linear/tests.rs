@@ -80,7 +80,7 @@ impl Elements for Network {
     }
 }
 
-/// What spares an ordering where iterating is better: less than the whole, and no less than each unknown takes.
+/// A bound that avoids an ordering if iterating is better: less than the whole, and no less than each unknown takes.
 #[test]
 fn one_path_down_the_tree_takes_less_than_the_whole() {
     for [nx, ny, nz] in [[12, 12, 12], [60, 3, 3], [20, 20, 2]] {

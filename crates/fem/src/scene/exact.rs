@@ -19,7 +19,7 @@ pub(super) fn purposes() -> Vec<(&'static str, String)> {
     all.map(told).collect()
 }
 
-/// What else scenes are called.
+/// Other names of scenes.
 const ALSO: [(&str, &str); 1] = [("r32", "transition-1.5")];
 
 /// The scene of this name; none where the catalogue has no solution of that name.
@@ -32,7 +32,7 @@ pub(super) fn find(name: &str) -> Option<Result<Scene>> {
     Some(scene(&exact))
 }
 
-/// What is known by this name, and the data that it is known for: the solution of a catalogue's scene, or of 6.1.
+/// The known solution with this name, and the data that it belongs to: the solution of a catalogue's scene, or of 6.1.
 pub(super) fn reference(name: &str) -> Option<Result<(Exact, Data)>> {
     if name == "one-zone" {
         let zero = || Expression::constant(0.0);
@@ -45,7 +45,7 @@ pub(super) fn reference(name: &str) -> Option<Result<(Exact, Data)>> {
     found.transpose()
 }
 
-/// What is known of the regularity of a scene's solution: of a catalogue's u over its obstacle, whatever the scene is called, and of 6.1,
+/// What is known about the regularity of a scene's solution: for a catalogue's u over its obstacle, under any name of the scene, and for 6.1,
 /// where u is like r^(3/2) cos(3θ/2) at the end of the contact zone and smoother elsewhere: the sides are met at right angles, across
 /// which u is even, and f is continued by a kink.
 pub(super) fn regularity(scene: &Scene) -> Option<Regularity> {

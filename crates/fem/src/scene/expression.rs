@@ -196,12 +196,12 @@ const FUNCTIONS: [(&str, usize, Function, &str, &str); 16] = [
     ("max", 2, Function::Max, "max", "max_value"),
 ];
 
-/// What is wrong with a text, and at which character (from 1).
+/// The error in a text, and its character (from 1).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ParseError {
     /// In characters, from 1.
     pub column: usize,
-    /// What is wrong there.
+    /// The error there.
     pub what: String,
 }
 

@@ -296,7 +296,7 @@ pub(super) fn parse(
     })
 }
 
-/// What is known by a name, for a scene that has the data of that problem.
+/// The known solution with this name, for a scene with the data of that problem.
 fn reference(
     name: &str,
     data: &Data,

@@ -32,7 +32,7 @@ impl MeshSource {
         }
     }
 
-    /// What keeps it from being a mesh, as far as that is seen without one.
+    /// The reason why it is not a mesh, as far as can be seen without making it.
     pub(super) fn fault(&self) -> Option<String> {
         if self.n() == Some(0) {
             return Some("a mesh with n = 0 has no cells".into());
@@ -172,7 +172,7 @@ impl Scene {
     }
 }
 
-/// What is wrong with the splits of a rectangle's sides at refinement `n`, if anything.
+/// The error in the splits of a rectangle's sides at refinement `n`, if any.
 fn split_misses(cuboid: &Cuboid, n: usize) -> Option<String> {
     cuboid.splits.iter().enumerate().find_map(|(side, at)| {
         let at = (*at)?;

@@ -63,7 +63,7 @@ pub struct Scene {
     compare: Option<Comparing>,
 }
 
-/// What is known of u.
+/// What is known about u.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Exact {
     /// u in closed form.
@@ -134,7 +134,7 @@ pub enum MeshSource {
         name: &'static str,
         /// The file.
         bytes: &'static [u8],
-        /// What refinement it counts as.
+        /// The refinement that it counts as.
         n: Option<usize>,
     },
 }
@@ -152,7 +152,7 @@ pub struct Data {
     pub psi: Expression,
 }
 
-/// What h means in γ = γ₀ h.
+/// The meaning of h in γ = γ₀ h.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HRule {
     /// The diameter of the cell behind the contact face.
@@ -185,7 +185,7 @@ const EMBEDDED: &[(&str, &[u8])] = &[
 ];
 
 impl Scene {
-    /// What it is called, also in the names of files.
+    /// Its name, also in the names of files.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -205,17 +205,17 @@ impl Scene {
         &self.data
     }
 
-    /// What limits the order of any method for this scene, where that is known.
+    /// The reason that limits the order of any method for this scene, if known.
     pub fn regularity(&self) -> Option<crate::truth::exact::Regularity> {
         exact::regularity(self)
     }
 
-    /// What is known of u.
+    /// What is known about u.
     pub fn exact(&self) -> Option<&Exact> {
         self.exact.as_ref()
     }
 
-    /// What `faceoff compare` allows of results of this scene.
+    /// The tolerances of `faceoff compare` for results of this scene.
     pub fn compare(&self) -> Option<&Comparing> {
         self.compare.as_ref()
     }

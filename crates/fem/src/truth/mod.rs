@@ -1,6 +1,6 @@
-//! What is true of a scene, known without any finite element.
+//! What is known about a scene's solution without any finite elements.
 //!
-//! Nothing here shares code with the methods it judges.
+//! This code is independent of the methods that it judges.
 
 pub mod exact;
 mod half_sine;

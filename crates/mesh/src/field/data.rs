@@ -5,7 +5,7 @@ use crate::mesh::Values;
 /// A named array about the whole mesh: provenance, parameters, tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GlobalArray {
-    /// What the file calls it.
+    /// Its name in the file.
     pub name: String,
     /// Values in one tuple: 1 for a list, 3 for a table of three columns. Never 0; 1 for text.
     pub components: usize,

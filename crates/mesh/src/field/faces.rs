@@ -26,9 +26,9 @@ pub struct FaceFields {
 /// One field: values on some of the faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceColumn {
-    /// What it is called on both sides: `mean`, `flux`.
+    /// Its name on both sides: `mean`, `flux`.
     pub name: String,
-    /// By what it is judged.
+    /// The kind of judgement.
     pub kind: ColumnKind,
     /// Values on each face.
     pub components: usize,
@@ -44,9 +44,9 @@ pub struct FaceColumn {
 /// How a field is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnKind {
-    /// By its values.
+    /// The values are compared.
     Value,
-    /// By the signs of its values: contact where P ≤ 0, non-contact where P > 0.
+    /// The signs of the values are compared: contact where P ≤ 0, non-contact where P > 0.
     Status,
 }
 

@@ -42,7 +42,7 @@ pub struct Results {
 /// One field of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResultField {
-    /// What it is called: fields of one name are compared.
+    /// Its name: fields with the same name are compared.
     pub name: String,
     /// Numbers in a row: 1 for a scalar, 2 or 3 for a vector.
     pub components: usize,
@@ -59,7 +59,7 @@ pub struct ResultField {
     pub single: bool,
 }
 
-/// What codes call real and imaginary part of a field whose name is `*`.
+/// Names that codes give to the real and the imaginary part of a field `*`.
 const COMPLEX: [[&str; 2]; 6] = [
     ["*_re", "*_im"],
     ["*_real", "*_imag"],

@@ -1,4 +1,4 @@
-//! What a file has and its reader did not read.
+//! The parts of a file that its reader did not read.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Unread {
     /// The file's name for it: of a field, a section, a data set.
     pub name: String,
-    /// What it is, where, and why it was not read.
+    /// A description, the place, and the reason why it was not read.
     pub what: String,
     /// Whether it is not in the file itself, which only names it.
     #[serde(skip)]

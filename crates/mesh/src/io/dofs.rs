@@ -12,7 +12,7 @@ use crate::cancel;
 use crate::error::{Error, Place, Result};
 use crate::file;
 
-/// What each row of a linear system is the value of.
+/// The functional (dof) of each row of a linear system.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DofTable {
     /// The names of the fields.
@@ -27,7 +27,7 @@ pub struct DofTable {
     pub values: Option<Vec<f64>>,
 }
 
-/// What a table must look like.
+/// The required form of a table.
 const REMEDY: &str = "write one line of names, then one row per dof: `field,x,y,z,component` or `field,x,y,z,dx,dy,dz`, and `value` if it is known";
 
 /// Reads a table of dofs.

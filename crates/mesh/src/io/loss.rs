@@ -1,4 +1,4 @@
-//! What a format cannot hold is never dropped silently.
+//! Data that a format cannot store are never dropped silently.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -11,7 +11,7 @@ use crate::mesh::{Group, Mesh, Partitions, Support};
 pub struct Losses {
     /// Cells, groups, names, fields, labels: an error, or a warning each when the user allows it.
     losses: Vec<String>,
-    /// What accompanies a mesh without being part of it, such as the numbers of its points: a warning each.
+    /// Data that accompany a mesh without being part of it, such as the numbers of its points: one warning each.
     notes: Vec<String>,
 }
 

@@ -23,7 +23,7 @@ pub struct Coordinates {
     pub entries: Vec<(u32, u32, f64)>,
 }
 
-/// What the first line declares.
+/// The declarations in the first line.
 struct Header {
     is_array: bool,
     /// The sign of an entry above the diagonal that the file leaves out.

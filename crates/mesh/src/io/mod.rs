@@ -99,7 +99,7 @@ pub static NATIVE: &[&Native] = &[
 /// A format that is read and written here.
 #[derive(Debug)]
 pub struct Native {
-    /// What messages call it.
+    /// Its name in messages.
     pub title: &'static str,
     /// The names for [`Format::of_name`]; the first is that of [`Content::format`].
     pub names: &'static [&'static str],
@@ -203,7 +203,7 @@ pub fn native_names() -> String {
     names.join(", ")
 }
 
-/// What a file holds.
+/// The contents of a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Content {
     /// Points, cells, groups, and fields on them.
@@ -218,7 +218,7 @@ pub struct Content {
     pub encoding: String,
     /// Oddities of a file that was read completely.
     pub warnings: Vec<String>,
-    /// What the file holds but `mesh` does not.
+    /// Data in the file that `mesh` cannot store.
     pub unread: Vec<Unread>,
     /// Cells that several pieces have, and that were left out of all but one.
     pub ghosts: usize,
@@ -277,7 +277,7 @@ pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content
     checked(path, content)
 }
 
-/// What was read, if its mesh is sound.
+/// The data that were read, if the mesh is sound.
 fn checked(path: &Path, content: Content) -> Result<Content> {
     let unsound = |what| Error::whole(path, what, "repair the mesh with the program it comes from");
     content.mesh.validate().map_err(unsound)?;

@@ -73,7 +73,7 @@ impl<'a> File<'a> {
         refuse(self.path, Place::Whole, what)
     }
 
-    /// What the file calls its kind.
+    /// The kind as named in the file.
     pub fn encoding(&self) -> String {
         match &self.held {
             Held::Classic(classic) => format!("netCDF CDF-{}", classic.version),
@@ -272,7 +272,7 @@ fn numbers(kind: u32, bytes: Unpacked<'_>) -> RawNumbers<'_> {
     }
 }
 
-/// What begins a list of the header, which is absent where there is 0.
+/// The tag at the beginning of a list in the header; 0 if the list is absent.
 const DIMENSIONS: u32 = 10;
 const VARIABLES: u32 = 11;
 const ATTRIBUTES: u32 = 12;

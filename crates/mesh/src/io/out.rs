@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 /// A file that is being written.
 #[derive(Default)]
 pub struct Out {
-    /// What has not been written yet; everything, if there is no file.
+    /// Bytes that have not been written yet; all of them, if there is no file.
     pub bytes: Vec<u8>,
     file: Option<Beside>,
     /// The first error, after which nothing more is written.

@@ -92,7 +92,7 @@ fn of_hdf5(path: &Path, bytes: &[u8]) -> Option<Format> {
         .and_then(|(_, format)| Format::of_name(format))
 }
 
-/// What an HDF5 file of no known format holds.
+/// The contents of an HDF5 file of unknown format.
 fn unknown_hdf5(bytes: &[u8]) -> String {
     let names = hdf5::open(Path::new(""), bytes).and_then(|root| root.names());
     let Ok((groups, data)) = names else {

@@ -31,7 +31,7 @@ pub fn read_results(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<
     of_content(path, content(path, bytes, None, python)?)
 }
 
-/// What is in a file, in the one file of a list, or in a solution and its mesh, which is next to it unless it is given.
+/// The contents of a file, of the one file of a list, or of a solution and its mesh, which is next to it unless it is given.
 pub(super) fn content(
     path: &Path,
     bytes: &[u8],

@@ -24,7 +24,7 @@ pub struct Scan<'a> {
     pub numbers: Numbers,
     /// The section that errors name; empty outside of sections.
     pub section: String,
-    /// What starts a comment that reaches to the end of its line.
+    /// The character that starts a comment up to the end of the line.
     comment: Option<u8>,
     /// Whether [`Scan::int`] reads 64 bits in binary, rather than 32.
     pub wide: bool,
@@ -32,7 +32,7 @@ pub struct Scan<'a> {
     pub single: bool,
 }
 
-/// What to do about a file that violates its format.
+/// The remedy for a file that violates its format.
 const DAMAGED: &str =
     "the file is damaged or cut short: write it again with the program it comes from";
 

@@ -180,7 +180,7 @@ impl Series {
         &self.path
     }
 
-    /// What messages call the k-th of its results.
+    /// The name of the k-th of its results in messages.
     pub fn name(&self, k: usize) -> String {
         match &self.held {
             Held::Files(files) if files[k].len() == 1 => files[k][0].display().to_string(),
@@ -189,7 +189,7 @@ impl Series {
     }
 }
 
-/// What is in a file of any kind, with its times, ascending: in the last file of a list with times, or of a pattern as for
+/// The contents of a file of any kind, with its times, ascending: in the last file of a list with times, or of a pattern as for
 /// [`Series::open`]; the values of a solution of Medit's are on `mesh`, or else on the mesh next to it.
 ///
 /// # Errors

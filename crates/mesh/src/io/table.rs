@@ -138,7 +138,7 @@ fn read_keyed(path: &Path, bytes: &[u8], curves: bool) -> Result<Results> {
     Ok(results)
 }
 
-/// What the column of the time is called.
+/// Names of the time column.
 const TIMES: [&str; 4] = ["time", "Time", "t", "TIME"];
 
 /// Which column is what.

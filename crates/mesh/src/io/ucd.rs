@@ -34,7 +34,7 @@ const TYPES: [(&str, CellKind, &[usize]); 8] = [
     ("hex", CellKind::Hexahedron, &[0, 1, 2, 3, 4, 5, 6, 7]),
 ];
 
-/// What was read, with a word about data for all.
+/// The data that were read, with a note on data for the whole mesh.
 fn finish(mut content: Content, builder: Builder, for_all: usize) -> Content {
     if for_all > 0 {
         content.unread.push(Unread::new(

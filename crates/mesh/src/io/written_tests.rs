@@ -2,7 +2,7 @@
 
 use crate::mesh::{CellKind, Mesh};
 
-/// What is written is read again: all kinds of cells that the format holds, groups, fields and numbers.
+/// Written files are read again: all kinds of cells that the format can store, groups, fields and numbers.
 #[test]
 fn what_is_written_comes_back() {
     use crate::io::{Format, Options, write};

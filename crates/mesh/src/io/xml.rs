@@ -33,7 +33,7 @@ pub struct Element<'a> {
     /// The text between the tags, starting with the first that is not blank.
     pub texts: Vec<Cow<'a, str>>,
     pub children: Vec<usize>,
-    /// What is wrong with its attributes.
+    /// The error in its attributes.
     pub broken: Option<String>,
 }
 

@@ -19,7 +19,7 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub struct Array<T> {
     held: Held<T>,
-    /// That nodes are less than this, or that coordinates are finite, as who made them has seen; forgotten when they may change.
+    /// That nodes are less than this, or that coordinates are finite, as checked when they were made; reset when they may change.
     checked: Option<u32>,
 }
 

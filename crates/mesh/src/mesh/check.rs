@@ -17,7 +17,7 @@ const SHOWN: usize = 5;
 /// A cell whose measure is less than this times the power of its longest edge is degenerate.
 const FLAT: f64 = 1e-12;
 
-/// What [`check`] found.
+/// The findings of [`check`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Soundness {
     /// Cells with a negative measure: clockwise ones of a planar mesh, inverted solids.
@@ -44,7 +44,7 @@ pub struct Soundness {
     pub folded: Defects,
     /// Points at the place of another.
     pub duplicate_points: Defects,
-    /// Of cells of the highest dimension.
+    /// For cells of the highest dimension.
     pub quality: Vec<Quality>,
 }
 

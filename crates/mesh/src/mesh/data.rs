@@ -5,9 +5,9 @@ use crate::mesh::{Array, Mesh};
 /// Named values on points or cells, as the file holds them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
-    /// What the file calls it; several may share it, at other times.
+    /// Its name in the file; several fields at different times may share it.
     pub name: String,
-    /// What has values.
+    /// The entities that have values.
     pub on: Support,
     /// Values of one point, cell or corner: 1 for a scalar, 3 for a vector, 9 for a tensor.
     pub components: usize,
@@ -21,7 +21,7 @@ pub struct Field {
     pub step: Option<i32>,
 }
 
-/// What the values of a [`Field`] belong to.
+/// The entities to which the values of a [`Field`] belong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Support {
     /// The points of the mesh, in their order.
@@ -84,7 +84,7 @@ impl Values {
         self.len() == 0
     }
 
-    /// What rounding to binary64 takes from each integer: value + rest is exact. Empty where it takes nothing; `None`
+    /// The rest of each integer after rounding to binary64: value + rest is exact. Empty if all rests are 0; `None`
     /// for floats.
     pub fn rest(&self) -> Option<Vec<f64>> {
         fn of<T: Copy + Into<i128>>(numbers: &[T], rounded: impl Fn(T) -> f64) -> Vec<f64> {

@@ -54,7 +54,7 @@ impl Cuboid {
     /// How many of the `n` edges of a rectangle's side lie before its split, by ascending
     /// coordinate.
     ///
-    /// None where the split falls inside an edge or leaves one part empty.
+    /// None if the split is inside an edge or leaves one part empty.
     pub fn split_after(&self, side: usize, n: usize) -> Option<usize> {
         let axis = side % 2;
         let at = self.splits.get(side).copied().flatten()?;
@@ -100,7 +100,7 @@ pub fn union_mesh(n: usize, cuboid: &Cuboid) -> Result<Mesh> {
     build(n, cuboid, cancel::check)
 }
 
-/// What a cell takes at least, with its faces and neighbours.
+/// The least memory of a cell, with its faces and neighbours.
 const BYTES: f64 = 150.0;
 
 /// Small cuboids that one task cuts.

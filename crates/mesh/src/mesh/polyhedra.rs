@@ -3,7 +3,7 @@
 /// The faces of the [`super::CellKind::Polyhedron`] cells of a mesh, in the order of the cells.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Polyhedra {
-    /// Of each face, its number of corners and these.
+    /// For each face, its number of corners and the corners.
     stream: Vec<u32>,
     /// Where the faces of each cell end in `stream`.
     ends: Vec<usize>,

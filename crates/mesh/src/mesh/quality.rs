@@ -18,7 +18,7 @@ const WORST: usize = 5;
 /// For cells of higher order only the facets are known.
 const MOST_NODES: usize = 125;
 
-/// What is measured, and the ends of the bins between which it is counted.
+/// The quantity that is measured, and the ends of the bins of its histogram.
 const MEASURES: [(&str, bool, &[f64]); 4] = [
     (
         "smallest angle",

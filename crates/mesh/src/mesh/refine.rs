@@ -7,7 +7,7 @@ use crate::cancel;
 use crate::error::{Error, Result};
 use crate::memory;
 
-/// What a cell takes at least, with its points.
+/// The least memory of a cell, with its points.
 const BYTES: f64 = 40.0;
 
 /// Splits each line in two, each triangle and quadrangle in four, each tetrahedron and hexahedron in eight; vertices stay. The parts are in

@@ -7,7 +7,7 @@ use crate::contact::Discretisation;
 use crate::quadrature::exact;
 use nalgebra::Vector3;
 
-/// Nothing is known of the primal problem to be wrong: the interval is that of G and v only.
+/// The primal problem has no uncertainty: the interval is that of G and v only.
 const EXACT: Known = Known {
     of_g: 0.0,
     eta: 0.0,

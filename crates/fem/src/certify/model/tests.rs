@@ -126,7 +126,7 @@ fn on_triangle(text: &str, corners: [[f64; 2]; 3], order: usize) -> Leaf {
     )
 }
 
-/// What a derivative at the centre is not known to: x + 1e9 - 1e9 is x up to 1e-7.
+/// The uncertainty of a derivative at the centre: x + 1e9 - 1e9 is x up to 1e-7.
 #[test]
 fn what_derivatives_are_off_is_in_the_error() {
     let c = 0.3125 + 0.5_f64.powi(25);

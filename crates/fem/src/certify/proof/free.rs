@@ -127,7 +127,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What is free about a point of a run: outward as far as each ball shows.
+    /// The part around a point of a run that is free: outward as far as each ball shows.
     fn from(&mut self, run: [f64; 2], start: f64) -> Result<Option<[f64; 2]>> {
         let Some((first, radius)) = self.ball(start, f64::INFINITY)? else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! What is proved of contact sets that are known.
+//! Proofs for contact sets that are known.
 
 use super::super::numbers::friedrichs;
 use super::super::{Fluxes, PreparedData, bounds};

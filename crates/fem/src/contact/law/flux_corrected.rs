@@ -12,7 +12,7 @@
 //!
 //! and the Gram matrix of the ∇φ_G gives M_F = m_F of order h²f instead of 0. A free face so
 //! carries the flux m_F/γ, which is of order h where γ = γ₀ h: first order in L², and no better.
-//! What F carries in balance with its load is (after L. D. Marini, SIAM J. Numer. Anal. 22, 1985)
+//! The flux through F in equilibrium with its load is (after L. D. Marini, SIAM J. Numer. Anal. 22, 1985)
 //!
 //! ```text
 //! λ_F = ((∇u,∇φ_F)_κ - L(φ_F)) / |F| = ∂ₙu - L(φ_F)/|F|,   L(φ_F) = (f,φ_F) + <t,φ_F>_N

@@ -1,4 +1,4 @@
-//! What makes a law.
+//! The definition of a law.
 
 use crate::assembly::Stiffness;
 use crate::contact::condition::Condition;
@@ -34,7 +34,7 @@ pub trait Formula {
         false
     }
 
-    /// What it changes about the contact faces once the load is known.
+    /// Its changes to the contact faces once the load is known.
     fn prepare(&self, _space: &Space, _load: &[f64], _faces: &mut [ContactFace]) {}
 
     /// The order of the error in L² that it cannot exceed, whatever u.
@@ -43,7 +43,7 @@ pub trait Formula {
     }
 }
 
-/// What conditions are made of.
+/// The parts of conditions.
 pub struct OnContact<'a> {
     /// V_h before boundary conditions.
     pub space: &'a Space<'a>,

@@ -291,7 +291,7 @@ impl Size {
     }
 }
 
-/// Of x^p with constant p: p (p-1) … (p-k+1)/k! x^(p-k).
+/// The coefficients for x^p with constant p: p (p-1) … (p-k+1)/k! x^(p-k).
 fn power(x: Interval, p: Interval, order: usize) -> Series {
     let mut binomial = Interval::ONE;
     let mut series = [Interval::ZERO; MOST + 1];
@@ -311,7 +311,7 @@ fn power(x: Interval, p: Interval, order: usize) -> Series {
     series
 }
 
-/// Of a function at all points of an interval.
+/// The derivatives of a function at all points of an interval.
 fn series(function: Function, x: Interval, order: usize) -> Series {
     let at = Interval::at;
     let [zero, one] = [Interval::ZERO, Interval::ONE];

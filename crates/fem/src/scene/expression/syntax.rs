@@ -24,7 +24,7 @@ pub struct Term {
     pub start: usize,
     /// The one after its last.
     pub end: usize,
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
 }
 
@@ -57,7 +57,7 @@ impl Term {
     /// Parses a text.
     ///
     /// # Errors
-    /// What is not in the grammar, with its column; a text that is too long or nested too deeply.
+    /// A text outside the grammar, with the column; a text that is too long or nested too deeply.
     pub fn parse(text: &str) -> Result<Self, ParseError> {
         if text.len() > MAX_LENGTH {
             return Err(ParseError {

@@ -31,11 +31,11 @@ pub struct Taylor<const N: usize> {
 
 /// The monomials of a given number of variables.
 pub struct Monomials {
-    /// By degree; x, y, z come first of theirs.
+    /// By degree; in each degree, the powers of x come first, then y, then z.
     pub exponents: Vec<[u8; 3]>,
     /// How many are of no more than this degree.
     pub counts: [usize; MOST + 1],
-    /// Of each where that with one power less of x, y, z is.
+    /// For each monomial, the positions of those with one power less of x, y, z.
     pub lower: Vec<[Option<u8>; 3]>,
     /// α! d!/(|α|+d)! by the dimension d of a simplex.
     pub shares: [Vec<Interval>; 4],

@@ -36,7 +36,7 @@ pub trait ExactSolution: Send + Sync {
     }
 }
 
-/// What is prescribed on a side.
+/// The condition that is prescribed on a side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// u = g.
@@ -50,7 +50,7 @@ pub enum Kind {
 /// A side of the box, or the part of it with x in `range`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Side {
-    /// What holds on it.
+    /// The condition on it.
     pub kind: Kind,
     /// The coordinate that is constant on it.
     pub axis: usize,
@@ -102,7 +102,7 @@ impl Text {
     }
 }
 
-/// What limits the order at which any method can approach a solution.
+/// Reasons that limit the order at which any method can approach a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Regularity {
     /// s with u in H^(s-ε) for every ε > 0 and not in H^s; infinite where u is smooth.
@@ -132,9 +132,9 @@ impl Regularity {
 pub struct Benchmark {
     /// Usable as a file name.
     pub name: &'static str,
-    /// What it is for.
+    /// Its purpose.
     pub purpose: &'static str,
-    /// What limits the order of any method.
+    /// The reason that limits the order of any method.
     pub regularity: Regularity,
     /// 2 or 3.
     pub dimension: usize,

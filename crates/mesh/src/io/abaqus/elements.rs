@@ -119,7 +119,7 @@ pub fn sides(shape: Shape) -> &'static [&'static [usize]] {
     }
 }
 
-/// What a label of a surface means for an element: the element itself, or the corners of one of its sides.
+/// The meaning of a surface label for an element: the element itself, or the corners of one of its sides.
 pub fn side(shape: Shape, shell: bool, label: &str) -> Option<Option<&'static [usize]>> {
     let number = |letter| {
         label

@@ -36,7 +36,7 @@ const SILENT: [&str; 8] = [
     "PARAMETER",
 ];
 
-/// What the data lines that follow mean.
+/// The meaning of the following data lines.
 pub enum Mode {
     Other,
     Heading,

@@ -3,7 +3,7 @@
 use crate::io::sides::usual_order;
 use crate::mesh::{CellKind, Shape, topology};
 
-/// What an element of this name and number of nodes is; the nodes beyond those of the kind, inside the cell or its faces, have
+/// The kind of an element with this name and number of nodes; the nodes beyond those of the kind, inside the cell or its faces, have
 /// no place in it.
 pub fn kind(name: &str, nodes: usize) -> Option<CellKind> {
     use CellKind as K;

@@ -20,7 +20,7 @@ use crate::mesh::{Array, CellBlock, CellKind, Shape};
 
 /// An element block of the file.
 struct Block {
-    /// None where there are no elements.
+    /// None if there are no elements.
     shape: Option<Shape>,
     /// Number of elements.
     count: usize,
@@ -240,7 +240,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// What elements without a name are.
+    /// The kind of elements without a name.
     fn guess(&self, nodes: usize) -> Option<CellKind> {
         let names: &[&str] = match self.dimension {
             3 => &["TETRA", "HEX", "WEDGE", "PYRAMID", "TRI", "QUAD", "BAR"],

@@ -63,7 +63,7 @@ use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::unpack::Unpacked;
 use crate::mesh::Values;
 
-/// What data sets may unpack to: this for a file of any size, and [`PER_BYTE`] for each of its bytes.
+/// The limit for unpacked data sets: this for a file of any size, plus [`PER_BYTE`] for each of its bytes.
 const ALLOWANCE: u64 = 256 << 20;
 /// gzip packs no better than 1032 to one, and meshes far less.
 const PER_BYTE: u64 = 64;
@@ -95,7 +95,7 @@ pub struct Data {
     pub name: String,
 }
 
-/// What errors name, the bytes that may still be unpacked, and the file itself.
+/// The name for errors, the bytes that may still be unpacked, and the file itself.
 struct About {
     path: PathBuf,
     left: Cell<u64>,

@@ -166,7 +166,7 @@ fn make(kind: CellKind, cut: &[&[usize]], number: [usize; 3], size: [f64; 3]) ->
     builder.finish()
 }
 
-/// What the cells of a cube have of one of its sides.
+/// The facets of the cells of a cube that are on one of its sides.
 fn parts(side: &[usize], cut: &[&[usize]]) -> Vec<Vec<usize>> {
     let shared = cut.iter().map(|cell| {
         let shared = side.iter().copied().filter(|corner| cell.contains(corner));

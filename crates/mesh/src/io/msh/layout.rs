@@ -1,4 +1,4 @@
-//! What the readers of all sections of an MSH file share: the version's layout, and the place reached.
+//! Common to the readers of all sections of an MSH file: the version's layout, and the place reached.
 
 use crate::io::Content;
 use crate::io::builder::Builder;

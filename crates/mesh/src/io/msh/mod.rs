@@ -24,7 +24,7 @@ pub use write::{Version, to_bytes};
 use super::Native;
 use super::recognise::begins;
 
-/// What the program knows of MSH.
+/// The format MSH.
 pub static FORMAT: Native = Native {
     title: "Gmsh's MSH",
     names: &["msh", "gmsh"],

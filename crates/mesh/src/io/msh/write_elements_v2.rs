@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::writer::Writer;
 use crate::mesh::{CellBlock, Mesh};
 
-/// What is common to all elements.
+/// Data common to all elements.
 struct Context<'a, P> {
     /// The numbers of elements; none if they count from 1.
     numbers: Vec<u64>,

@@ -1,4 +1,4 @@
-//! What the writers of all MSH versions share.
+//! Common to the writers of all MSH versions.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;

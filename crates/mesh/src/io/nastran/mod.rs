@@ -19,7 +19,7 @@ pub static FORMAT: Native = Native {
     write: |job| meshio::write(job, "nastran"),
 };
 
-/// What the first line that is not a comment begins with.
+/// Possible beginnings of the first line that is not a comment.
 const BEGINNINGS: [&str; 27] = [
     "GRID", "BEGIN", "SOL ", "CEND", "NASTRAN ", "ID ", "ASSIGN", "INCLUDE", "CTETRA", "CHEXA",
     "CPENTA", "CQUAD", "CTRIA", "PSHELL", "PSOLID", "MAT1", "TITLE", "CORD2", "SUBCASE", "ECHO",

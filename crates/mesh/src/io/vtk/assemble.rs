@@ -130,7 +130,7 @@ impl<'a> Reader<'a> {
         appended.map_err(|(part, what)| self.scan.error(format!("{part:?} of CELLS: {what}")))
     }
 
-    /// Of each cell, whether the degrees of its directions differ.
+    /// For each cell, whether the degrees of its directions differ.
     pub(super) fn uneven(&self) -> (Vec<bool>, usize) {
         let degrees = self
             .piece

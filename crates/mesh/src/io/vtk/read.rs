@@ -96,7 +96,7 @@ pub(super) struct Reader<'a> {
     pub dimensions: [u64; 3],
     pub frame: Frame,
     pub axes: [Vec<f64>; 3],
-    /// What the arrays that follow belong to, and how many tuples they have.
+    /// The entities of the following arrays, and the number of tuples.
     pub on: Option<(Support, usize)>,
     pub piece: Piece,
     pub out: Decoded,

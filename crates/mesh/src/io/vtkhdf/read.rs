@@ -322,7 +322,7 @@ impl Reader {
         Ok(pieces)
     }
 
-    /// What the faces of the polyhedra among the cells of a part are, for [`new_faces`].
+    /// The faces of the polyhedra among the cells of a part, for [`new_faces`].
     fn faces(&self, part: usize, cells: Range<usize>) -> Result<Option<[Vec<u64>; 4]>> {
         if self.root.data("PolyhedronToFaces")?.is_none() {
             return Ok(None);

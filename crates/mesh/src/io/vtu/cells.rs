@@ -117,7 +117,7 @@ fn is_in_order(places: &[usize]) -> bool {
     places.iter().copied().eq(0..places.len())
 }
 
-/// What a cell of VTK is here: cells of a kind, each with some of its nodes.
+/// The meaning of a VTK cell: cells of a kind, each with some of its nodes.
 pub(super) struct Meaning {
     pub kind: CellKind,
     /// The number of cells: a triangle strip counts as several, and an empty cell as none.

@@ -42,7 +42,7 @@ pub(super) const GROUPS: &str = "faceoff:groups";
 pub(super) const GROUP_NAMES: &str = "faceoff:group_names";
 /// VTK type (plus 256 times the number of points, where the type has any), number of cells, 1 for own cell numbers, 1 for entities, of each block.
 pub(super) const BLOCKS: &str = "faceoff:blocks";
-/// Of each field that a plain array cannot represent: support (0 points, 1 cells, 2 nodes of each cell),
+/// For each field that a plain array cannot represent: support (0 points, 1 cells, 2 nodes of each cell),
 /// 1 for a time, 1 for a step, the step, length of its list in [`FIELD_AT`].
 pub(super) const FIELDS: &str = "faceoff:fields";
 /// The array that holds each field of [`FIELDS`].
@@ -90,7 +90,7 @@ pub(crate) struct FileArrays<'a> {
     pub geometry: Vec<Array<'a>>,
     /// Connectivity, offsets and types.
     pub topology: Vec<Array<'a>>,
-    /// Of polygonal data, connectivity and offsets of vertices, lines and polygons.
+    /// For polygonal data, connectivity and offsets of vertices, lines and polygons.
     pub sections: Vec<[Array<'a>; 2]>,
     /// Names of the arrays of `whole` that hold texts.
     texts: Vec<String>,
@@ -169,7 +169,7 @@ fn topology(mesh: &Mesh) -> Result<Vec<Array<'_>>, String> {
     Ok(arrays)
 }
 
-/// Of each polyhedron its number of faces, and of each of these its number of corners and these; and where that ends for
+/// For each polyhedron its number of faces, and for each of these its number of corners and the corners; and where that ends for
 /// each cell, -1 for one that is not a polyhedron. VTK 9.4 has four other arrays, but reads these, as all before it do.
 fn faces(mesh: &Mesh) -> (Vec<i64>, Vec<i64>) {
     let (mut stream, mut ends) = (Vec::new(), Vec::with_capacity(mesh.cell_count()));

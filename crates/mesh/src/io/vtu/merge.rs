@@ -7,7 +7,7 @@ use crate::field::data::{to_i64, with_numbers};
 use crate::mesh::{Array, CellBlock, CellKind, Field, Polyhedra, Support, Values};
 use std::iter::repeat_n;
 
-/// What one `<Piece>` holds, or several of them together.
+/// The contents of one `<Piece>`, or of several together.
 #[derive(Default)]
 pub(crate) struct Piece {
     pub points: Array<[f64; 3]>,

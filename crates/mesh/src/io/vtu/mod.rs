@@ -5,7 +5,7 @@
 //! zlib, LZ4 or LZMA; headers of 32 or 64 bits; either byte order; any number of pieces. Writing gives
 //! ascii, base64 inline or raw appended, each of the latter two compressed or not.
 //!
-//! What the crate `vtkio` reads or writes wrongly of these formats is why this is done here; a comment at each such place
+//! These formats are implemented here because the crate `vtkio` reads or writes parts of them wrongly; a comment at each such place
 //! names the defect.
 
 pub(crate) mod array;
@@ -93,7 +93,7 @@ impl Compressor {
     }
 }
 
-/// What the program knows of VTU.
+/// The format VTU.
 pub static FORMAT: Native = Native {
     title: "VTU",
     names: &["vtu"],
@@ -194,7 +194,7 @@ fn write_content(job: Job<'_>) -> Result<Vec<String>> {
     Ok(Vec::new())
 }
 
-/// What one file, or the files of a `.pvtu` together, decode to.
+/// The decoded contents of one file, or of all files of a `.pvtu`.
 #[derive(Default)]
 pub(crate) struct Decoded {
     pub pieces: Vec<Piece>,

@@ -34,7 +34,7 @@ pub(super) fn nodes_and_ends(mesh: &Mesh, of: usize) -> [Values; 2] {
     [nodes.collect(), ends.collect()].map(Values::I64)
 }
 
-/// What polygonal data do not have.
+/// Sections that polygonal data lack.
 pub(super) fn check(mesh: &Mesh) -> Result<(), String> {
     let blocks = mesh.blocks.iter().filter(|block| !block.is_empty());
     match blocks

@@ -1,4 +1,4 @@
-//! What is written is read back, bit for bit; what is broken is refused.
+//! Written files are read back, bit for bit; damaged files are rejected.
 
 use super::*;
 use crate::field::{GlobalArray, data::same_bits};

@@ -90,7 +90,7 @@ pub(super) struct Document<'a> {
     pub grid: Grid,
     /// `.pvtu` and its like: the pieces are files.
     pub parallel: bool,
-    /// Of an image: where its point (0, 0, 0) is, the distances of points, and the directions of the axes by rows.
+    /// For an image: the position of its point (0, 0, 0), the distances of points, and the directions of the axes by rows.
     pub origin: [f64; 3],
     pub spacing: Option<[f64; 3]>,
     pub direction: Option<[f64; 9]>,

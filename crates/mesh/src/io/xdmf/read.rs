@@ -26,7 +26,7 @@ struct Grid {
     parts: [Option<usize>; 2],
 }
 
-/// What has been read: where the points of each geometry and the cells of each topology are.
+/// What has been read: the positions of the points of each geometry and of the cells of each topology.
 struct Reader<'a> {
     items: &'a Items<'a>,
     sets: Sets,

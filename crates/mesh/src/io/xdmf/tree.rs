@@ -9,7 +9,7 @@ pub struct Tree<'a> {
 
 impl<'a> Tree<'a> {
     /// # Errors
-    /// What is wrong with the XML.
+    /// The error in the XML.
     pub fn parse(text: &'a str) -> Result<Self, String> {
         let tree = xml::parse(text).and_then(|tree| {
             tree.elements.iter().try_for_each(Element::check)?;
@@ -63,7 +63,7 @@ impl<'a> Tree<'a> {
         Ok(all)
     }
 
-    /// What an element with a `Reference` stands for.
+    /// The element to which a `Reference` refers.
     fn resolve(&self, element: usize) -> Result<usize, String> {
         let mut at = element;
         for _ in 0..DEPTH {

@@ -47,7 +47,7 @@ impl Reader {
         Ok(())
     }
 
-    /// What a boundary condition is on.
+    /// The entities of a boundary condition.
     fn members(&self, boundary: &Node<'_>, zone: &Zone) -> Result<Option<Members>> {
         let mut place = None;
         for name in ["PointRange", "PointList", "ElementRange", "ElementList"] {

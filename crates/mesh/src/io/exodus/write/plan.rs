@@ -1,4 +1,4 @@
-//! What becomes a block, and what a set of sides, nodes or elements.
+//! Decides what becomes a block, and what a set of sides, nodes or elements.
 
 use std::collections::{HashMap, HashSet};
 
