@@ -44,7 +44,7 @@ pub enum Side {
 /// `faceoff compare` for any results, with `options` as on the command line; what was left out is reported.
 ///
 /// # Errors
-/// Those of the command.
+/// The errors of the command.
 pub fn compare(options: &[String], sides: [Side; 2], tell: &dyn Fn(String)) -> Result<Found> {
     let paths = sides.each_ref().map(|side| match side {
         Side::Path(path) => path.as_os_str().to_owned(),

@@ -48,7 +48,7 @@ impl Bounds {
         }
     }
 
-    /// Is what was started as the process `id` within them? If not, what it did.
+    /// Whether the process `id` and its children are within them. If not, what they did.
     pub fn look(&mut self, id: u32) -> Result<(), String> {
         if self.looked[0].elapsed() >= OFTEN[0] {
             self.looked[0] = Instant::now();

@@ -145,7 +145,7 @@ impl Spoken {
         }
     }
 
-    /// Is a file below a folder spoken of: by its name, the end of it, or another folder that it is in?
+    /// Whether a file below a folder is mentioned: by its name, by its suffix, or by another folder that it is in.
     fn is_of(&self, path: &Path, root: &Path) -> bool {
         let below = path.strip_prefix(root).unwrap_or(path);
         let name = below.file_name().unwrap_or_default().as_encoded_bytes();
@@ -250,7 +250,7 @@ impl Found<'_> {
     }
 }
 
-/// Is it a file that others load: by its suffix, or a library with a version behind it?
+/// Whether it is a file that others load: by its suffix, or as a library with a version after it.
 fn is_loaded(path: &Path) -> bool {
     let name = path
         .file_name()

@@ -35,7 +35,7 @@ pub(super) fn python_with(module: &str) -> Option<PathBuf> {
     all.flatten().find(|python| has_module(python, module))
 }
 
-/// Can this Python import the module?
+/// Whether this Python can import the module.
 pub(super) fn has_module(python: &Path, module: &str) -> bool {
     origin(python, module).is_some()
 }

@@ -79,7 +79,7 @@ struct JobCase {
     element: &'static str,
     theta1: f64,
     theta2: f64,
-    /// Is ∂ₙu on a contact face F to be λ = ∂ₙu - L(φ_F)/|F|?
+    /// Whether λ = ∂ₙu - L(φ_F)/|F| replaces ∂ₙu on a contact face F.
     flux_corrected: bool,
     mesh: serde_json::Value,
     /// γ = γ₀ h, which a code may compute itself; it must equal the γ in the files.

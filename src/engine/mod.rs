@@ -73,13 +73,13 @@ pub struct Settings {
     pub launch: Launch,
     /// Longest time one process may take.
     pub time_limit: Duration,
-    /// Are other codes run in a sandbox?
+    /// Whether other codes are run in a sandbox.
     pub sandbox: bool,
     /// Where job folders are kept; none: they are removed.
     pub keep: Option<PathBuf>,
 }
 
-/// Do programs run in a sandbox, or not at all?
+/// Whether programs run in a sandbox, or not at all.
 static NEEDS_SANDBOX: AtomicBool = AtomicBool::new(false);
 
 /// From now on every program that solves something runs in a sandbox or not at all, whichever command starts it.
@@ -222,15 +222,15 @@ pub trait Engine: Sync {
     /// A code that is not there or does not run, with the command that brings it.
     fn probe(&self) -> Result<String>;
 
-    /// Is the code there? Cheaper than [`Engine::probe`], and no proof that it runs.
+    /// Whether the code is installed. Cheaper than [`Engine::probe`], and not a proof that it runs.
     fn is_installed(&self) -> bool;
 
-    /// Is it the solver of this program, which reports more than the protocol has and must always answer?
+    /// Whether it is the solver of this program, which reports more than the protocol and must always answer.
     fn is_own(&self) -> bool {
         false
     }
 
-    /// Can it run as several processes that share the mesh?
+    /// Whether it can run as several processes with a partitioned mesh.
     fn distributes(&self) -> bool {
         false
     }
@@ -238,12 +238,12 @@ pub trait Engine: Sync {
     /// The dependencies of its answers besides cases and settings: its program, and the version of it.
     ///
     /// # Errors
-    /// Those of [`Engine::probe`].
+    /// The errors of [`Engine::probe`].
     fn identity(&self) -> Result<Value> {
         Ok(json!({ "version": self.probe()? }))
     }
 
-    /// Does the code refuse a job in a protocol that is not its own? Engines without one do not get such a job.
+    /// Whether the code refuses a job in a protocol that is not its own. Engines without one do not get such a job.
     ///
     /// # Errors
     /// A job that cannot be written, an interruption.
@@ -252,7 +252,7 @@ pub trait Engine: Sync {
         Ok(true)
     }
 
-    /// Does the code have this method? All have the family (2.4).
+    /// Whether the code has this method. All have the family (2.4).
     ///
     /// # Errors
     /// A method that it does not have.

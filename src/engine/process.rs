@@ -13,7 +13,7 @@ use faceoff_mesh::process::{self, Failure};
 /// [`process::run_within`] for an engine, with limits where it is in a sandbox.
 ///
 /// # Errors
-/// Those of [`process::run_within`].
+/// The errors of [`process::run_within`].
 pub(super) fn run(
     engine: &str,
     command: &Command,

@@ -566,7 +566,7 @@ pub struct How {
     pub kept: String,
     /// Longest time that it may take.
     pub time_limit: Duration,
-    /// Is it run in a sandbox?
+    /// Whether it is run in a sandbox.
     pub sandbox: bool,
 }
 

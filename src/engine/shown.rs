@@ -37,7 +37,7 @@ pub(super) struct Shown {
     search: Vec<PathBuf>,
 }
 
-/// Is it part of the system, which is there anyway? Where links lead.
+/// Whether it is part of the system, which is there anyway, with links resolved.
 pub(super) fn is_of_system(real: &Path) -> bool {
     OF_SYSTEM.iter().any(|place| real.starts_with(place))
 }

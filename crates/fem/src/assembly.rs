@@ -99,7 +99,7 @@ pub struct Stiffness<'a> {
     space: Space<'a>,
     /// i, j and R_ij.
     pairs: Vec<(usize, usize, Vec<f64>)>,
-    /// Is R_ij c (e_i - e_j)(e_i - e_j)ᵀ, as where the dofs are as many as the vertices?
+    /// Whether R_ij is c (e_i - e_j)(e_i - e_j)ᵀ, which holds if there are as many dofs as vertices.
     is_graph: bool,
     /// -|κ| ∇λ_i·∇λ_j of all cells, where they are kept.
     weights: Arc<OnceLock<Vec<f64>>>,

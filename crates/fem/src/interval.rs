@@ -72,18 +72,18 @@ impl Interval {
         Interval::new(self.low.max(other.low), self.high.min(other.high))
     }
 
-    /// Are both ends finite?
+    /// Whether both ends are finite.
     pub fn is_finite(self) -> bool {
         self.low.is_finite() && self.high.is_finite()
     }
 
-    /// Is it 0, exactly?
+    /// Whether it is exactly 0.
     #[inline]
     pub fn is_zero(self) -> bool {
         self.low == 0.0 && self.high == 0.0
     }
 
-    /// Does it hold this number?
+    /// Whether it contains this number.
     pub fn contains(self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }

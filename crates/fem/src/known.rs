@@ -72,7 +72,7 @@ fn one_zone() -> Result<&'static Reference> {
     Ok(ONE_ZONE.get_or_init(|| found))
 }
 
-/// Is the domain the unit square, with contact at the bottom and u = 0 at the top?
+/// Whether the domain is the unit square, with contact at the bottom and u = 0 at the top.
 fn is_papers_square(problem: &Problem) -> bool {
     let mesh = problem.space.mesh;
     let inside = |p: &[f64; 3]| p[..2].iter().all(|x| (0.0..=1.0).contains(x));

@@ -30,10 +30,10 @@ pub enum Cause {
 
 static CAUSE: Mutex<Option<Cause>> = Mutex::new(None);
 
-/// Is there a cause? A word that is read in every loop.
+/// Whether there is a cause. A word that is read in every loop.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Is there a result already?
+/// Whether there is already a result.
 static IS_HEARD: AtomicBool = AtomicBool::new(false);
 
 /// When the time of the run is over.

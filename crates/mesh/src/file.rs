@@ -17,7 +17,7 @@ use crate::memory;
 /// Opens a regular file; a symbolic link is followed.
 ///
 /// # Errors
-/// Those of the file system; a folder, pipe or device, which might never end; more than memory can hold.
+/// The errors of the file system; a folder, pipe or device, which might never end; more than memory can hold.
 pub fn open(path: &Path) -> io::Result<File> {
     // Opening a pipe waits for one who writes.
     if !fs::metadata(path)?.is_file() {
@@ -49,7 +49,7 @@ fn open_now(path: &Path) -> io::Result<File> {
 /// All bytes of a regular file.
 ///
 /// # Errors
-/// Those of [`open`].
+/// The errors of [`open`].
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     let file = open(path).map_err(Error::io(path, "read"))?;
     let mut bytes = Vec::new();
@@ -64,7 +64,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
 /// A regular file of text.
 ///
 /// # Errors
-/// Those of [`open`]; bytes that are not UTF-8.
+/// The errors of [`open`]; bytes that are not UTF-8.
 pub fn text(path: &Path) -> Result<String> {
     String::from_utf8(read(path)?)
         .map_err(|e| Error::io(path, "read")(io::Error::other(format!("it is not UTF-8: {e}"))))
@@ -92,7 +92,7 @@ pub fn beneath(folder: &Path, name: &str) -> Option<PathBuf> {
 /// the place of a folder leads nowhere. `folder` itself is ours.
 ///
 /// # Errors
-/// Those of the file system; a name that leads out of the folder, a link, and anything but a regular file.
+/// The errors of the file system; a name that leads out of the folder, a link, and anything but a regular file.
 pub fn open_beneath(folder: &Path, name: impl AsRef<Path>) -> io::Result<File> {
     let name = name.as_ref();
     let inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -149,7 +149,7 @@ fn open_unlinked(folder: &Path, name: &Path) -> io::Result<File> {
 /// All bytes of the file that [`open_beneath`] opens, at most `most`.
 ///
 /// # Errors
-/// Those of [`open_beneath`]; a larger file.
+/// The errors of [`open_beneath`]; a larger file.
 pub fn read_beneath(folder: &Path, name: &str, most: u64) -> Result<Vec<u8>> {
     let path = folder.join(name);
     let failed = Error::io(&path, "read");
@@ -169,7 +169,7 @@ pub fn read_beneath(folder: &Path, name: &str, most: u64) -> Result<Vec<u8>> {
 /// Copies what [`open_beneath`] opens.
 ///
 /// # Errors
-/// Those of [`open_beneath`]; a file that cannot be written.
+/// The errors of [`open_beneath`]; a file that cannot be written.
 pub fn copy_beneath(folder: &Path, name: impl AsRef<Path>, to: &Path) -> Result<()> {
     let from = folder.join(name.as_ref());
     let mut source = open_beneath(folder, name).map_err(Error::io(&from, "copy"))?;
@@ -231,7 +231,7 @@ impl Temporary {
     /// A new one. The first one of a process also removes what processes that were killed left behind.
     ///
     /// # Errors
-    /// Those of the file system.
+    /// The errors of the file system.
     pub fn new() -> Result<Self> {
         let place = std::env::temp_dir();
         let made = || {

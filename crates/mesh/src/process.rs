@@ -106,7 +106,7 @@ pub fn run(
 /// program did.
 ///
 /// # Errors
-/// Those of [`run`], and [`Failure::TooMuch`].
+/// The errors of [`run`], and [`Failure::TooMuch`].
 pub fn run_within(
     command: &Command,
     folder: &Path,

@@ -36,7 +36,7 @@ pub(crate) struct Said {
     left_out: u64,
     last: VecDeque<String>,
     errors: VecDeque<String>,
-    /// Does the last line begin with `error `?
+    /// Whether the last line begins with `error `.
     is_error: bool,
 }
 

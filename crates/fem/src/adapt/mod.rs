@@ -90,7 +90,7 @@ pub struct Next {
     pub seconds: f64,
 }
 
-/// Was the accuracy reached?
+/// Whether the accuracy was reached.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {

@@ -84,7 +84,7 @@ impl Iterated {
     /// None if P1 does not coarsen.
     ///
     /// # Errors
-    /// Those of [`Csr::sum`].
+    /// The errors of [`Csr::sum`].
     pub fn new(
         stiffness: &Stiffness,
         is_given: impl Fn(usize) -> bool,

@@ -151,7 +151,7 @@ pub(super) fn cut_offs(problem: &Problem, unit: i32) -> Result<Vec<CutOff>> {
     found.into_iter().filter_map(Result::transpose).collect()
 }
 
-/// Is a vertex one of a face of Γ_D on which g is not linear?
+/// Whether a vertex belongs to a face of Γ_D on which g is not linear.
 pub(super) fn on_curved_faces(problem: &Problem, unit: i32) -> Vec<bool> {
     let mesh = problem.space.mesh;
     let mut is_one = vec![false; mesh.points.len()];
@@ -164,7 +164,7 @@ pub(super) fn on_curved_faces(problem: &Problem, unit: i32) -> Vec<bool> {
     is_one
 }
 
-/// Is g - I_h g 0 on a face of Γ_D but for rounding of g's own slopes?
+/// Whether g - I_h g is 0 on a face of Γ_D up to rounding of g's own slopes.
 fn is_linear(problem: &Problem, face: usize, unit: i32) -> bool {
     let (mesh, g) = (problem.space.mesh, &problem.scene.data().g);
     let corners = mesh.face_vertices(face).map(|x| x.map(Interval::at));

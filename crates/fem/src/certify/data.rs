@@ -30,7 +30,7 @@ const TERMS: usize = 64;
 /// Data of sizes beyond these powers of two are scaled.
 const LARGE: i32 = 200;
 
-/// Are v and σ of second order?
+/// Whether v and σ are of second order.
 pub(super) fn is_second_order(problem: &Problem) -> bool {
     problem.space.mesh.dim == 2
 }
@@ -140,7 +140,7 @@ impl PreparedData {
         self.bends.get(face).copied().unwrap_or(0.0)
     }
 
-    /// Are the squares of all data in range as they are?
+    /// Whether the squares of all data are in range without scaling.
     pub(super) fn scaled(&self, value: f64) -> f64 {
         if self.unit == 0 {
             return value;

@@ -119,7 +119,7 @@ impl<'a> Fluxes<'a> {
     /// Factors the matrix, or prepares iterations, unless u_h may itself be the solution for σ: it may never be needed then.
     ///
     /// # Errors
-    /// Those of the linear solver.
+    /// The errors of the linear solver.
     pub fn prepare(&mut self) -> Result<()> {
         if self.problem.discretisation.method.law != Law::FluxCorrected {
             self.poisson.prepare(&vec![0.0; self.space.dofs])?;
@@ -138,7 +138,7 @@ impl<'a> Fluxes<'a> {
     /// with `given` fluxes through some faces and none through the rest, and its fluxes.
     ///
     /// # Errors
-    /// Those of the linear solver.
+    /// The errors of the linear solver.
     pub fn dual(
         &mut self,
         loads: &[f64],
@@ -179,7 +179,7 @@ impl<'a> Fluxes<'a> {
     /// exact; else solves them.
     ///
     /// # Errors
-    /// Those of the linear solver.
+    /// The errors of the linear solver.
     pub fn equilibrated(
         &mut self,
         u: &[f64],
@@ -216,7 +216,7 @@ impl<'a> Fluxes<'a> {
     /// ‖q‖_κ of each cell.
     ///
     /// # Errors
-    /// Those of the linear solver, and where its rounding is too large.
+    /// The errors of the linear solver, and where its rounding is too large.
     pub fn majorant(&mut self, cells: &[f64], neumann: &[(usize, f64)]) -> Result<[Vec<f64>; 2]> {
         let mesh = self.problem.space.mesh;
         let corners = mesh.dim + 1;
@@ -329,7 +329,7 @@ impl<'a> Fluxes<'a> {
         fluxes[(mesh.dim + 1) * cell + mesh.local_face(cell, face)] = value;
     }
 
-    /// Do the rows off Γ_D hold to rounding?
+    /// Whether the rows off Γ_D hold to rounding.
     fn is_solution(&self, w: &[f64], b: &[f64]) -> bool {
         let (product, sizes) = (
             self.poisson.stiffness.times(w),

@@ -77,7 +77,7 @@ const AWAY: f64 = 0.15;
 /// The interval of N(u), the smallest of those with several c.
 ///
 /// # Errors
-/// Those of the linear solver.
+/// The errors of the linear solver.
 ///
 /// `plain` has z = β wherever u_h touches.
 pub(super) fn interval(plain: &mut Dual, goal: &Goal) -> Result<Interval> {
@@ -165,7 +165,7 @@ impl<'a> Dual<'a> {
     }
 
     /// # Errors
-    /// Those of the linear solver.
+    /// The errors of the linear solver.
     pub fn interval(&mut self, goal: &Goal) -> Result<Interval> {
         let [w, fluxes] = self.solver.dual(&goal.means, &goal.on_boundary, &[])?;
         goal.with(self, &w, &fluxes)

@@ -64,7 +64,7 @@ fn loads(space: &Space, data: &PreparedData) -> Option<Vec<f64>> {
     }
 }
 
-/// Is ‖δ‖_V' of the difference δ of the loads more than a part of the error of u_h on this mesh? From below: what
+/// Whether ‖δ‖_V' of the difference δ of the loads is more than a part of the error of u_h on this mesh. From below: what
 /// δ is for u_h itself, and for single φ_i.
 fn is_off(problem: &Problem, u: &[f64], load: &[f64], data: &PreparedData) -> bool {
     let diagonal = problem.stiffness.diagonal();

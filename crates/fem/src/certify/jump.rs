@@ -89,7 +89,7 @@ struct Surface {
     values: Vec<Interval>,
     /// ε
     slack: Interval,
-    /// Was it positive on average?
+    /// Whether it was positive on average.
     is_above: bool,
 }
 

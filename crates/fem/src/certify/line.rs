@@ -82,7 +82,7 @@ pub(super) struct Part {
     skew: f64,
     series: Polynomial<ON_LINE>,
     error: f64,
-    /// Is nothing but the range of f known, and that too wide, as f jumps there or its slope has no bound?
+    /// Whether only the range of f is known, and too wide, as f jumps there or its slope has no bound.
     is_rough: bool,
 }
 

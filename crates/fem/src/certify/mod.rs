@@ -240,7 +240,7 @@ fn prepared<'a>(problem: &'a Problem<'a>, u: &[f64]) -> Result<(PreparedData, Fl
 /// [`certify`] with data that other fields on the same mesh share.
 ///
 /// # Errors
-/// Those of [`certify`].
+/// The errors of [`certify`].
 pub fn certify_with(
     problem: &Problem,
     u: &[f64],
@@ -257,7 +257,7 @@ pub fn certify_with(
 /// The numbers take a dual problem each, the contact set some more.
 ///
 /// # Errors
-/// Those of [`certify`].
+/// The errors of [`certify`].
 pub fn examine(problem: &Problem, u: &[f64]) -> Result<Certificate> {
     rayon::scope(|_| {
         let (data, mut solver) = prepared(problem, u)?;

@@ -427,7 +427,7 @@ pub(super) struct Open {
     pub piece: Piece,
     /// The share of the simplex, exact.
     pub share: f64,
-    /// May it not be cut any more?
+    /// Whether it is not cut any more.
     pub is_final: bool,
     /// The number of derivatives.
     pub order: usize,

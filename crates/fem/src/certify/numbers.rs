@@ -56,7 +56,7 @@ pub(super) fn friedrichs(fields: &CellFields, solver: &mut Fluxes) -> Result<f64
 }
 
 /// # Errors
-/// Those of the linear solver.
+/// The errors of the linear solver.
 pub(super) fn numbers(
     fields: &CellFields,
     mut known: Known,

@@ -42,7 +42,7 @@ pub(super) struct Obstacle {
     pub values: [Interval; 4],
     /// The ceiling without a lift, on a face of a triangle, unless that is below g where Γ_D meets Γ_C.
     pub line: Option<[f64; 2]>,
-    /// Is v's P1 part compared with ψ's interpolant, the rest being lifted?
+    /// Whether v's P1 part is compared with ψ's interpolant, and the rest is lifted.
     pub is_lifted: bool,
     /// The mean of ψ.
     pub mean: Interval,

@@ -40,7 +40,7 @@ impl<'a> Poisson<'a> {
     /// Prepares whatever solves; a factor has a right-hand side eliminated meanwhile.
     ///
     /// # Errors
-    /// Those of the linear solver.
+    /// The errors of the linear solver.
     pub fn prepare(&mut self, b: &[f64]) -> Result<Option<Reduced>> {
         let instead = iterations(&self.stiffness, ITERATIONS, (0.0, 0));
         let condensed = match self.solver {
@@ -86,7 +86,7 @@ impl<'a> Poisson<'a> {
     /// The values of w where they are given, and the rows of b elsewhere.
     ///
     /// # Errors
-    /// Those of the linear solver.
+    /// The errors of the linear solver.
     pub fn solution(&mut self, mut w: Vec<f64>, b: &[f64]) -> Result<Vec<f64>> {
         // A second solve takes away the rounding of the first, where it is more than nothing.
         for _ in 0..2 {
@@ -108,7 +108,7 @@ impl<'a> Poisson<'a> {
     /// The solution of the rows of b up to the rounding of one solve, or to nine digits by iterations, and 0 where values are given.
     ///
     /// # Errors
-    /// Those of the linear solver.
+    /// The errors of the linear solver.
     pub fn about(&mut self, b: &[f64]) -> Result<Vec<f64>> {
         self.with_residual(b, ABOUT * norm(b))
     }

@@ -37,7 +37,7 @@ const MANY: usize = 20_000;
 /// What is proved about the contact set, in 2D where Γ_C lies on one line parallel to an axis; else nothing.
 ///
 /// # Errors
-/// Those of the linear solver.
+/// The errors of the linear solver.
 pub(super) fn contact(fields: &CellFields, known: &Known) -> Result<Option<ContactProof>> {
     let mesh = fields.problem.space.mesh;
     if mesh.dim != 2 || mesh.cell_count() > MANY {

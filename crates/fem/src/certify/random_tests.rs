@@ -153,7 +153,7 @@ struct Made {
     scale: f64,
     /// (ψ - u)/scale on Γ_C.
     gap: String,
-    /// Is contact on [0, c], and Γ_D on the sides?
+    /// Whether contact is on [0, c], and Γ_D on the sides.
     at_corner: bool,
 }
 
@@ -333,7 +333,7 @@ impl Made {
         [square.max(0.0).sqrt(), mean, -b * length.powi(3) / 3.0]
     }
 
-    /// May a peak lie between the points of a rule on a box?
+    /// Whether a peak may lie between the points of a rule on a box.
     fn hides(&self, low: [f64; 3], high: [f64; 3]) -> bool {
         self.terms.iter().any(|(_, factors)| {
             let mut is_wide = false;

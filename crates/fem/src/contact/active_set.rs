@@ -105,7 +105,7 @@ impl ActiveSet {
         set
     }
 
-    /// Are there violations that the last change left standing, so that a small step means little?
+    /// Whether violations remain after the last change, so that a small step means little.
     pub fn is_partial(&self) -> bool {
         self.partial
     }

@@ -87,7 +87,7 @@ impl<'a> Problem<'a> {
     /// The variational inequality on P1, whose functions are in V_h, with L at them by these rules.
     ///
     /// # Errors
-    /// Those of [`Problem::new`].
+    /// The errors of [`Problem::new`].
     pub(super) fn on_p1(&self) -> Result<Self> {
         let discretisation = Discretisation {
             method: Method {
@@ -111,7 +111,7 @@ impl<'a> Problem<'a> {
     /// The same problem with other L(φ_i).
     ///
     /// # Errors
-    /// Those of [`Problem::new`].
+    /// The errors of [`Problem::new`].
     pub(crate) fn loaded_by(&self, load: Vec<f64>) -> Result<Self> {
         let stiffness = self.stiffness.on(&self.space);
         self.again(&self.discretisation, stiffness, self.space.clone(), load)
@@ -144,7 +144,7 @@ impl<'a> Problem<'a> {
     /// cells have all their ties.
     ///
     /// # Errors
-    /// Those of [`Csr::sum`].
+    /// The errors of [`Csr::sum`].
     pub(crate) fn vertex_stiffness(&self) -> Result<&Csr> {
         if let Some(matrix) = self.on_vertices.get() {
             return Ok(matrix);

@@ -38,12 +38,12 @@ impl Held {
         self.is_held.len()
     }
 
-    /// Are there none?
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.is_held.is_empty()
     }
 
-    /// Is this dof on Γ_D?
+    /// Whether this dof is on Γ_D.
     pub fn holds(&self, dof: usize) -> bool {
         self.is_held[dof]
     }

@@ -91,7 +91,7 @@ impl Iteration {
         }
     }
 
-    /// Does the matrix stay the same from step to step?
+    /// Whether the matrix stays the same from step to step.
     pub(super) fn is_constant(self) -> bool {
         matches!(
             self,

@@ -477,7 +477,7 @@ impl System for Krylov<'_> {
     }
 }
 
-/// Does the law add to the rows of contact cells, instead of replacing some?
+/// Whether the law adds to the rows of contact cells, instead of replacing some.
 fn adds_to_rows(scheme: &Scheme) -> bool {
     let replaces = scheme.problem.method().law.replaces_rows();
     !replaces && scheme.conditions.iter().any(|c| c.row.is_none())

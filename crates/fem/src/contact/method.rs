@@ -88,7 +88,7 @@ impl Method {
         }
     }
 
-    /// Is it Nitsche's method, of the family (2.4) or with the flux corrected? All codes have it.
+    /// Whether it is Nitsche's method, of the family (2.4) or with the flux corrected. All codes have it.
     pub fn is_nitsche(&self) -> bool {
         self.law.is_nitsche()
     }

@@ -40,7 +40,7 @@ pub(super) fn moved_by_rounding(scheme: &dyn System, laws: &[Weights], u: &[f64]
 /// times this, relative to its largest value.
 ///
 /// # Errors
-/// Those of [`super::solve_by`].
+/// The errors of [`super::solve_by`].
 pub fn condition(problem: &Problem, u: &[f64], settings: Settings) -> Result<f64> {
     let system = system(Scheme::new(problem), settings)?;
     let scheme = system.scheme();
@@ -78,7 +78,7 @@ impl Conditioning {
     /// Of two fields at all dofs; κ is the larger one of the schemes linearised at them.
     ///
     /// # Errors
-    /// Those of [`super::solve_by`].
+    /// The errors of [`super::solve_by`].
     pub fn new(problem: &Problem, answers: [&[f64]; 2], settings: Settings) -> Result<Self> {
         let (part_of, count) = &problem.bodies;
         let rows = answers.map(|u| problem.rows(u));

@@ -43,10 +43,10 @@ pub struct Several {
     pub unique_above: Option<f64>,
 }
 
-/// Are two answers two solutions of the scheme? None if they are not seen to be.
+/// Whether two answers are two solutions of the scheme. None if this is not known.
 ///
 /// # Errors
-/// Those of [`super::solve_by`] but for a singular matrix, with which there is no solution of that choice; an interruption.
+/// The errors of [`super::solve_by`] but for a singular matrix, with which there is no solution of that choice; an interruption.
 pub fn several(
     problem: &Problem,
     answers: [&[f64]; 2],

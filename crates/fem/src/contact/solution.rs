@@ -37,7 +37,7 @@ pub enum Ended {
 }
 
 impl Ended {
-    /// Is u what was asked for?
+    /// Whether u is converged.
     pub fn converged(self) -> bool {
         matches!(self, Ended::Increment | Ended::Rounding)
     }

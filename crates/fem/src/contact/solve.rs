@@ -70,7 +70,7 @@ pub fn solve(
 /// [`solve`] with a linear solver of one's choice.
 ///
 /// # Errors
-/// Those of [`solve`]; more memory needed than there is.
+/// The errors of [`solve`]; more memory needed than there is.
 pub fn solve_by(
     problem: &Problem,
     iteration: Iteration,
@@ -366,7 +366,7 @@ fn refine(
     Ok((Some(failed), problem.backward_error(u).0))
 }
 
-/// Is the residual rounding in units of the largest terms of the stiffness and the load? Where u vanishes with all its
+/// Whether the residual is rounding in units of the largest terms of the stiffness and the load. Where u vanishes with all its
 /// neighbours the terms of a row are rounding themselves.
 fn vanishes(problem: &Problem, u: &[f64]) -> bool {
     let terms = largest(&problem.stiffness.sizes(u)) + largest(&problem.load);

@@ -80,7 +80,7 @@ pub(super) trait System {
     /// The systems that have been built so far.
     fn built(&self) -> Built;
 
-    /// Does [`System::complete`] solve all that the conditions leave open?
+    /// Whether [`System::complete`] solves all that the conditions leave open.
     fn is_solved_but_for_conditions(&self) -> bool;
 
     /// 0 but for g on Γ_D.
@@ -110,7 +110,7 @@ pub(super) trait System {
     /// The same, of which iterations may leave this part.
     ///
     /// # Errors
-    /// Those of [`System::step`].
+    /// The errors of [`System::step`].
     fn rough_step(&self, laws: &[Weights], r: &[f64], _left: f64) -> Result<Vec<f64>> {
         self.step(laws, r)
     }
@@ -128,7 +128,7 @@ pub(super) trait System {
     /// [`System::scheme`].
     ///
     /// # Errors
-    /// Those of [`System::step`].
+    /// The errors of [`System::step`].
     fn step_everywhere(&self, laws: &[Weights], r: Vec<f64>) -> Result<Vec<f64>>;
 }
 

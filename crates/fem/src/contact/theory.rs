@@ -138,7 +138,7 @@ fn bisect(mut low: f64, mut high: f64, holds: impl Fn(f64) -> bool) -> (f64, f64
     (low, high)
 }
 
-/// Is right minus left of (4.2) non-negative on the cell over `face`, with γ times `factor`, for all s?
+/// Whether the right side of (4.2) minus the left is non-negative on the cell at `face`, with γ times `factor`, for all s.
 fn is_positive(problem: &Problem, face: &ContactFace, c: f64, factor: f64) -> bool {
     let gamma = factor * face.gamma;
     let volume = problem.space.mesh.geometry(face.cell).measure();
@@ -188,7 +188,7 @@ fn is_positive(problem: &Problem, face: &ContactFace, c: f64, factor: f64) -> bo
     })
 }
 
-/// Does f seem to have no trace near Γ_C, so that (2.10) fails? ‖f‖ on Γ_C moved inwards by t grows as t shrinks to 10⁻¹² h, or is
+/// Whether f seems to have no trace near Γ_C, so that (2.10) fails: ‖f‖ on Γ_C moved inwards by t grows as t shrinks to 10⁻¹² h, or is
 /// not finite. A singularity that no quadrature point sees is not noticed.
 pub fn load_has_no_trace(problem: &Problem) -> bool {
     let mesh = problem.space.mesh;

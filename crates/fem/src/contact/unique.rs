@@ -74,7 +74,7 @@ pub fn doubt(problem: &Problem) -> Option<Doubt> {
     }
 }
 
-/// Is there a part that Γ_D does not hold and that no load moves?
+/// Whether there is a part that Γ_D does not constrain and that no load moves.
 fn floats(problem: &Problem) -> bool {
     let Some(parts) = &problem.floating else {
         return false;

@@ -186,7 +186,7 @@ impl General {
         Ok(x.iter().zip(&self.scales).map(|(x, s)| x * s).collect())
     }
 
-    /// Is it factored as symmetric and positive definite?
+    /// Whether it is factorised as symmetric and positive definite.
     pub fn is_definite(&self) -> bool {
         matches!(self.factor, Factor::Cholesky(..))
     }
@@ -242,7 +242,7 @@ fn largest(v: &[f64]) -> f64 {
         .fold(0.0, |most, x| if x.abs() <= most { most } else { x.abs() })
 }
 
-/// Is every a_ij = a_ji up to rounding, with a positive diagonal?
+/// Whether every a_ij = a_ji up to rounding, with a positive diagonal.
 fn is_symmetric(starts: &[usize], columns: &[usize], values: &[f64]) -> bool {
     let n = starts.len() - 1;
     let at = |i: usize, j: usize| {

@@ -29,7 +29,7 @@ const GAIN: f64 = 1e-6;
 pub struct Ended {
     /// Those that were taken.
     pub steps: usize,
-    /// Is the residual, computed anew, below the limit?
+    /// Whether the recomputed residual is below the limit.
     pub reached: bool,
     /// Its norm.
     pub residual: f64,

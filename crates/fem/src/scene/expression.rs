@@ -78,7 +78,7 @@ pub enum Comparison {
 }
 
 impl Comparison {
-    /// Do two numbers compare so? With NaN they never do.
+    /// Whether two numbers compare in this way. With NaN they never do.
     pub fn holds(self, a: f64, b: f64) -> bool {
         match self {
             Comparison::Less => a < b,
@@ -229,7 +229,7 @@ impl Expression {
         &self.text
     }
 
-    /// Is this the number 0, whatever the point?
+    /// Whether this is the number 0 at all points.
     pub fn is_zero(&self) -> bool {
         self.root == Node::Number(0.0)
     }

@@ -327,7 +327,7 @@ fn reference(
     }
 }
 
-/// Are they one function, as far as values at scattered points show?
+/// Whether they are the same function, as far as values at scattered points show.
 pub(super) fn are_alike(a: &Expression, b: &Expression) -> bool {
     (1..=64).map(f64::from).all(|k| {
         let p = [0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_902].map(|g| (k * g).fract());

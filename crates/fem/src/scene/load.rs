@@ -84,7 +84,7 @@ impl Scene {
         Triangulation::new(&name, &mesh)
     }
 
-    /// Does the generator have a mesh for this n? Split sides need a vertex where they are split.
+    /// Whether the generator has a mesh for this n. Split sides need a vertex where they are split.
     pub fn has_mesh(&self, n: usize) -> bool {
         match &self.source {
             MeshSource::Union { cuboid, .. } => split_misses(cuboid, n).is_none(),

@@ -355,7 +355,7 @@ impl Scene {
     /// [`Scene::find`] for a scene that one trusts: its mesh may be anywhere.
     ///
     /// # Errors
-    /// Those of [`Scene::find`] but for the place of the mesh.
+    /// The errors of [`Scene::find`] but for the place of the mesh.
     pub fn find_anywhere(name: &str) -> Result<Self> {
         Self::find_by(name, true)
     }

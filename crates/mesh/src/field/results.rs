@@ -75,7 +75,7 @@ impl ResultField {
         self.values.len() / self.components.max(1)
     }
 
-    /// Has it no value?
+    /// Whether it has no values.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
@@ -288,7 +288,7 @@ impl Results {
         dims
     }
 
-    /// Are there values on cells or at their corners?
+    /// Whether there are values on cells or at their corners.
     pub fn has_cell_fields(&self) -> bool {
         !self.on_cells.is_empty() || !self.on_corners.is_empty()
     }
@@ -380,7 +380,7 @@ impl Results {
         found
     }
 
-    /// Is there a field of this name, or one that matches it as a pattern?
+    /// Whether there is a field of this name, or one that matches it as a pattern.
     pub fn has(&self, name: &str) -> bool {
         self.all().any(|f| matches(name, &f.name))
     }
@@ -409,7 +409,7 @@ impl Results {
         }
     }
 
-    /// Is there any field at all on the mesh?
+    /// Whether there is any field on the mesh.
     pub fn is_empty(&self) -> bool {
         [&self.on_points, &self.on_cells, &self.on_corners]
             .iter()

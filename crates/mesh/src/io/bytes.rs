@@ -109,7 +109,7 @@ static HELD: Mutex<Vec<Weak<Bytes>>> = Mutex::new(Vec::new());
 /// Reads a regular file to its end.
 ///
 /// # Errors
-/// Those of [`file::open`].
+/// The errors of [`file::open`].
 pub fn read(path: &Path) -> io::Result<Arc<Bytes>> {
     let mut file = file::open(path)?;
     let found = file.metadata()?;

@@ -206,7 +206,7 @@ fn compare(mesh: &Mesh, back: &Mesh, losses: &mut Losses) {
 /// Relative to the largest value of a field: the precision that text formats keep.
 const KEPT: f64 = 1e-5;
 
-/// Does a mesh have a field of this name with these values?
+/// Whether a mesh has a field of this name with these values.
 fn is_in(field: &Field, back: &Mesh) -> bool {
     let values = field.values.to_f64();
     let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

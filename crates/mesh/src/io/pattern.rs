@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// Is this a pattern rather than the name of a file that exists?
+/// Whether this is a pattern rather than the name of a file that exists.
 pub fn is_pattern(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.contains(['*', '?']) && !path.exists()

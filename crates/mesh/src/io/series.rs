@@ -137,7 +137,7 @@ impl Series {
     /// The k-th of its results; a single one can be read once.
     ///
     /// # Errors
-    /// Those of [`read_results`]; several files of one time, which are not a whole.
+    /// The errors of [`read_results`]; several files of one time, which are not a whole.
     pub fn read(&mut self, k: usize, python: Option<&Path>) -> Result<Results> {
         let whole = |path: &Path| -> Result<Results> {
             let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
@@ -193,7 +193,7 @@ impl Series {
 /// [`Series::open`]; the values of a solution of Medit's are on `mesh`, or else on the mesh next to it.
 ///
 /// # Errors
-/// Those of [`Series::open`] and [`super::open`]; several files of the last time.
+/// The errors of [`Series::open`] and [`super::open`]; several files of the last time.
 pub fn survey(
     path: &Path,
     mesh: Option<&Path>,

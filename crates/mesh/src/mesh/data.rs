@@ -79,7 +79,7 @@ impl Values {
         }
     }
 
-    /// Is there no value?
+    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -177,7 +177,7 @@ fn each_bucket<'e, const D: usize>(
     (vertices.start as u32..).zip(split(entries, lengths))
 }
 
-/// Is this the same face?
+/// Whether this is the same face.
 fn is_same<const D: usize>(a: &Entry<D>, b: &Entry<D>) -> bool {
     a[..D - 1] == b[..D - 1]
 }

@@ -180,7 +180,7 @@ impl Tree {
         Ok(number)
     }
 
-    /// Does a point of a box lie on a face?
+    /// Whether a point of a box lies on a face.
     fn has(&self, number: usize, face: &Face) -> bool {
         let of = &self.boxes[number];
         if face.misses(of) {
@@ -228,7 +228,7 @@ struct Face<'a> {
     near: f64,
     /// Directions across which it is thin.
     across: Vec<Vector3<f64>>,
-    /// Do its corners lie on it?
+    /// Whether its corners lie on it.
     has_corners: bool,
 }
 

@@ -137,7 +137,7 @@ impl CellBlock {
         self.nodes.len() / self.kind.points()
     }
 
-    /// Has it no cell?
+    /// Whether it has no cells.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }

@@ -49,7 +49,7 @@ impl Polyhedra {
         self.ends.len()
     }
 
-    /// Is there no polyhedron?
+    /// Whether there are no polyhedra.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }

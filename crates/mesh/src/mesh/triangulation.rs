@@ -108,7 +108,7 @@ impl Triangulation {
         self.face_cells[face]
     }
 
-    /// Has this face one cell only?
+    /// Whether this face has only one cell.
     pub fn is_boundary(&self, face: usize) -> bool {
         self.face_cells[face][1] == NONE
     }

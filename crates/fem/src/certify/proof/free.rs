@@ -339,7 +339,7 @@ impl Ball {
         })
     }
 
-    /// Is u < ψ within `width` of the centre, as (2k, u) ≤ `upper`?
+    /// Whether u < ψ within `width` of the centre, as (2k, u) ≤ `upper`.
     fn is_free(
         &self,
         line: &Line,

@@ -77,7 +77,7 @@ impl Line {
     }
 }
 
-/// Is there contact in the support of the hat about a face? Its ends along the axis.
+/// Whether there is contact in the support of the hat about a face. Its ends along the axis.
 pub(super) fn hat_proves(
     fields: &CellFields,
     known: &Known,

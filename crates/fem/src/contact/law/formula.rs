@@ -24,12 +24,12 @@ pub trait Formula {
         None
     }
 
-    /// Is it Nitsche's method, of the family (2.4) or with the flux corrected? All codes have it.
+    /// Whether it is Nitsche's method, of the family (2.4) or with the flux corrected. All codes have it.
     fn is_nitsche(&self) -> bool {
         false
     }
 
-    /// Does each of its conditions replace the row of one dof, so that the matrix is nearly symmetric?
+    /// Whether each of its conditions replaces the row of one dof, so that the matrix is nearly symmetric.
     fn replaces_rows(&self) -> bool {
         false
     }

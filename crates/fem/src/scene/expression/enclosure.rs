@@ -18,9 +18,9 @@ type Series = [Interval; MOST + 1];
 pub struct Condition<const N: usize> {
     /// a - b
     pub difference: Taylor<N>,
-    /// Is it `a < b`, or `a <= b`?
+    /// Whether it is `a < b`, or `a <= b`.
     pub is_less: bool,
-    /// Does it hold at all points, or at none?
+    /// Whether it holds at all points, or at none.
     pub decided: Option<bool>,
 }
 
@@ -138,7 +138,7 @@ pub fn spanned(at: [Interval; 3], simplex: usize) -> Option<[bool; 3]> {
     spans.then_some(wide)
 }
 
-/// Does a comparison hold almost everywhere, or almost nowhere, where both sides meet at an end? Only where they differ
+/// Whether a comparison holds almost everywhere, or almost nowhere, where both sides meet at an end. Only where they differ
 /// by a function with a slope, which is 0 on no set with inner points.
 fn touches<const N: usize>(
     comparison: Comparison,
@@ -163,12 +163,12 @@ fn touches<const N: usize>(
 }
 
 impl Comparison {
-    /// Does it hold where the first is much smaller?
+    /// Whether it holds where the first is much smaller.
     fn is_less(self) -> bool {
         matches!(self, Comparison::Less | Comparison::LessEqual)
     }
 
-    /// Does it hold for all numbers of both, or for none?
+    /// Whether it holds for all numbers of both, or for none.
     fn decided(self, a: Interval, b: Interval) -> Option<bool> {
         let (yes, no) = match self {
             Comparison::Less => (a.high < b.low, a.low >= b.high),

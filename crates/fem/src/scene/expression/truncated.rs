@@ -25,7 +25,7 @@ pub const IN_SPACE: usize = 35;
 pub struct Taylor<const N: usize> {
     /// c_α in the order of [`Monomials::exponents`].
     pub coefficients: [Interval; N],
-    /// May it jump inside the box?
+    /// Whether it may jump inside the box.
     pub may_jump: bool,
 }
 
@@ -142,7 +142,7 @@ impl Size {
         self.counts[self.order.min(1)] - 1
     }
 
-    /// Is it one number, everywhere?
+    /// Whether it is constant.
     pub fn is_constant<const N: usize>(self, a: &Taylor<N>) -> bool {
         let varies = a.coefficients[1..self.count].iter().any(|c| !c.is_zero());
         a.value().low == a.value().high && !varies
@@ -188,7 +188,7 @@ impl Size {
         }
     }
 
-    /// Are all coefficients from the degree on 0?
+    /// Whether all coefficients from the degree on are 0.
     fn is_flat<const N: usize>(self, a: &[Interval; N], degree: usize) -> bool {
         let from = self.counts[degree.min(self.order + 1) - 1];
         a[from..self.count].iter().all(|c| c.is_zero())

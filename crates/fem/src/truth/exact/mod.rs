@@ -107,7 +107,7 @@ impl Text {
 pub struct Regularity {
     /// s with u in H^(s-ε) for every ε > 0 and not in H^s; infinite where u is smooth.
     pub sobolev: f64,
-    /// Does Γ_C change between contact and not, or meet Γ_D, inside a flat side? The linearised
+    /// Whether Γ_C changes between contact and no contact, or meets Γ_D, inside a flat side. The linearised
     /// problem then has solutions in H^(3/2-ε) only, else in H².
     pub changes: bool,
 }
