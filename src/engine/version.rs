@@ -87,7 +87,7 @@ pub fn doubt(engine: &str, version: &str) -> Option<String> {
         Some(release) if of.tested.contains(&release) => return None,
         Some(_) => format!("{} {version} is not one of the releases", of.code),
         None => format!(
-            "`{version}` is no version of {} that is known, and not one",
+            "`{version}` is not a known version of {}, and not one",
             of.code
         ),
     };
@@ -134,8 +134,8 @@ mod tests {
             ("freefem", "4.1", "FreeFEM 4.1 is not one"),
             ("fenicsx", "0.11.0.dev0", "dolfinx 0.11.0.dev0 is not one"),
             ("fenicsx", "2019.2", "is not one"),
-            ("fenicsx", "unknown", "no version of dolfinx"),
-            ("freefem", "", "no version of FreeFEM"),
+            ("fenicsx", "unknown", "not a known version of dolfinx"),
+            ("freefem", "", "not a known version of FreeFEM"),
         ] {
             let doubt = doubt(engine, version).unwrap_or_default();
             assert!(doubt.contains(said), "{engine} {version}: {doubt}");
