@@ -178,7 +178,7 @@ pub(super) fn paper(arguments: &Paper, to: &Output) -> Result<u8> {
     })
 }
 
-/// 6.1, then 6.2 with the paper's N and those asked for, rising.
+/// 6.1, then 6.2 with the paper's N and the requested ones, increasing.
 fn examples(zones: &[u32]) -> Result<Vec<Example>> {
     let mut all: Vec<u32> = paper::ZONES.iter().chain(zones).copied().collect();
     all.sort_unstable();
@@ -187,7 +187,7 @@ fn examples(zones: &[u32]) -> Result<Vec<Example>> {
     std::iter::once(Example::one_zone()).chain(many).collect()
 }
 
-/// The Rust engine, and those asked for.
+/// The Rust engine, and the requested ones.
 fn codes(arguments: &Paper) -> Result<Vec<Box<dyn Engine>>> {
     let mut names = vec![engine::OWN.to_owned()];
     let asked = arguments.engines.iter().filter(|name| *name != engine::OWN);
@@ -231,7 +231,7 @@ pub(super) fn study(arguments: &Study, to: &Output) -> Result<u8> {
     Ok(if converged { DONE } else { DISAGREE })
 }
 
-/// Runs this program with these words, as a user would.
+/// Runs this program with these arguments, as a user would.
 fn follow(words: &[String]) -> Result<Followed> {
     let failed = |why: String| {
         let what = format!("`faceoff {}` {why}", quoted(words));
@@ -278,7 +278,7 @@ pub(super) fn stress(arguments: &Stress, to: &Output) -> Result<u8> {
     if verdicts.clone().any(Behaviour::is_wrong) {
         return Ok(DISAGREE);
     }
-    // Where all was refused nothing was judged.
+    // If everything was refused, nothing was judged.
     let is_refused = |verdict| matches!(verdict, &Behaviour::Refuses { .. });
     Ok(if verdicts.all(is_refused) {
         FAILED

@@ -75,7 +75,7 @@ struct Request<'a> {
 pub enum Found {
     /// With the result of the first.
     One(Box<Comparison>, Box<Results>),
-    /// One part a time, or a file.
+    /// One part per time, or per file.
     Many(Comparisons),
 }
 
@@ -89,7 +89,7 @@ impl Found {
     }
 
     /// # Errors
-    /// None but of a broken installation.
+    /// Only those of a broken installation.
     pub fn report(&self) -> Result<Report<'_>> {
         match self {
             Found::One(comparison, of_a) => report::compare(comparison, of_a),
@@ -142,7 +142,7 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Two files, or two files of several times.
+    /// Two files, or two files with several times.
     fn files(&self, a: &Path, b: &Path) -> Result<Found> {
         let identical = are_identical(a, b)?;
         let python = self.python.as_deref();
@@ -232,7 +232,7 @@ impl<'a> Request<'a> {
         told(compared())
     }
 
-    /// The one result of each side that is judged; none where all times are.
+    /// The one result of each side that is judged; None if all times are judged.
     fn chosen(&self, sides: &[Series; 2]) -> Result<Option<[usize; 2]>> {
         let last = self.arguments.times == "last";
         let counts = [0, 1].map(|k: usize| sides[k].times.len());
@@ -319,7 +319,7 @@ impl<'a> Request<'a> {
         self.arguments.time_tolerance.unwrap_or(1e-6 * time.abs())
     }
 
-    /// Two results; returns the first as it was judged. What is written is written here.
+    /// Two results; returns the first as it was judged. Output files are written here.
     fn results(
         &self,
         mut of_a: Results,
@@ -361,7 +361,7 @@ impl<'a> Request<'a> {
                 let _is_known = side.has(name) || derive(side, name, mesh)?;
             }
         }
-        // Of folders, other files may have it; a field that was paired has the other name.
+        // In folders, other files may have it; a field that was paired has the other name.
         let is_known = |name: &&String| {
             let is_paired = arguments.pair.iter().any(|(_, other)| other == *name);
             is_paired
@@ -386,7 +386,7 @@ impl<'a> Request<'a> {
                 (self.tell)(format!("{}: left out {}", side.source, others.join(", ")));
             }
         }
-        // A scene is of several files: what none of these two has may be in others.
+        // A scene is for several files: fields that neither of these two has may be in others.
         let mut tolerances = self.tolerances.clone();
         let is_here = |name: &str| of_a.has(name) || of_b.has(name);
         let is_given = |name: &str| arguments.field.iter().any(|of| of.name == name);
@@ -420,7 +420,7 @@ impl<'a> Request<'a> {
                 .into_iter()
                 .for_each(self.tell);
         }
-        // Who lent an array may change it as soon as this returns; the report is read later.
+        // The owner of a borrowed array may change it as soon as this returns; the report is read later.
         for kept in comparison
             .found
             .as_deref_mut()

@@ -1,4 +1,4 @@
-//! `faceoff engines`: what is here, and what brings the rest.
+//! `faceoff engines`: the installed codes, and the commands that install the others.
 
 use std::path::PathBuf;
 
@@ -149,7 +149,7 @@ fn state(here: &Here) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// Runs a code through what it must be able to do.
+/// Runs a code on the cases that it must solve.
 fn check(name: &str, to: &Output) -> Result<u8> {
     let engine = engine::find(name)?;
     if !engine.is_installed() {
@@ -265,7 +265,7 @@ fn line(finding: &Finding, number: usize) -> String {
     )
 }
 
-/// Brings what the named engines lack, saying each command.
+/// Installs what the named engines lack, printing each command.
 pub(super) fn install(names: &[&str], quiet: bool) -> Result<()> {
     engine::install(&engine::plan(names), |line| {
         if !quiet {
@@ -274,10 +274,10 @@ pub(super) fn install(names: &[&str], quiet: bool) -> Result<()> {
     })
 }
 
-/// The engines of these names, each once, all of them there.
+/// The engines of these names, each once, all of them installed.
 ///
 /// # Errors
-/// A name twice or unknown; an engine that is missing, with the command that brings it.
+/// A name twice or unknown; an engine that is missing, with the command that installs it.
 pub(super) fn find_all(
     names: &[String],
     running: &Running,
@@ -291,7 +291,7 @@ pub(super) fn find_all(
     for name in names {
         let engine = engine::find(name)?;
         if !engine.is_installed() {
-            // The probe knows what is missing and the command that brings it.
+            // The probe's error names what is missing and the command that installs it.
             engine.probe()?;
         }
         found.push(engine);

@@ -7,12 +7,12 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::{self, Format, matches};
 
-/// Folders in folders, at most so deep.
+/// The largest depth of nested folders.
 const DEPTH: usize = 32;
 
 /// The files that are compared.
 pub(super) struct Files {
-    /// Each file below the folders, and whether either has it.
+    /// Each file below the folders, and whether each of them has it.
     pub files: BTreeMap<PathBuf, [bool; 2]>,
     /// Possible results that cannot be read, with the reason.
     pub unread: Vec<(PathBuf, String)>,
@@ -83,8 +83,8 @@ fn can_be_result(path: &Path) -> bool {
     known.iter().any(|known| suffix == **known) || Format::of_suffix(path).is_some()
 }
 
-/// Adds the regular files below `folder`, by their path from there. Folders behind links are not entered, as they may lead round in
-/// circles, or out: they are unread, and so is what is neither a file nor a folder.
+/// Adds the regular files below `folder`, by their path from there. Folders behind links are not entered, as they may lead in
+/// circles, or out: they are unread, and so is anything that is neither a file nor a folder.
 fn walk(
     folder: &Path,
     below: &Path,

@@ -1,4 +1,4 @@
-//! `faceoff init`: a scene on a mesh of the user's, with the groups that it has.
+//! `faceoff init`: a scene on the user's mesh, with its groups.
 
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &Init) -> Result<u8> {
     Ok(DONE)
 }
 
-/// The scene on this mesh. Each group of boundary faces is in the part that its name speaks of.
+/// The scene on this mesh. Each group of boundary faces is in the part that its name suggests.
 fn scene(file: &str, mesh: &Mesh) -> Result<String> {
     let sides = mesh.groups.iter().filter(|g| g.dim + 1 == mesh.dim());
     let mut sides: Vec<&Group> = sides.filter(|g| !g.cells.is_empty()).collect();
@@ -45,7 +45,7 @@ fn scene(file: &str, mesh: &Mesh) -> Result<String> {
     }
     let contact = ["contact", "base", "bottom", "floor", "obstacle"];
     let dirichlet = ["dirichlet", "clamp", "fix", "wall", "top"];
-    // Where no name speaks of it, the first group holds and the last one may touch.
+    // If no name suggests it, the first group is Γ_D and the last one Γ_C.
     let mut take = |words: [&str; 5], otherwise: usize| {
         let named = |g: &&Group| {
             let name = g.name.as_deref().unwrap_or_default().to_lowercase();
@@ -99,7 +99,7 @@ psi = \"0\"
     ))
 }
 
-/// The groups by their names, or by their numbers where they have none.
+/// The groups by their names, or by their numbers if they have no name.
 fn list(groups: &[&Group]) -> Value {
     let of = |g: &&Group| g.name.clone().map_or(Value::from(g.tag), Value::from);
     Value::Array(groups.iter().map(of).collect())

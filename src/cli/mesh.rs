@@ -1,4 +1,4 @@
-//! `faceoff mesh`: what a file holds, what is wrong with it, and the same in another format or finer.
+//! `faceoff mesh`: inspects, checks, converts, makes and refines meshes.
 
 use std::path::{Path, PathBuf};
 
@@ -79,7 +79,7 @@ fn done(written: &Written, inputs: Vec<PathBuf>, to: &Output) -> Result<()> {
     let mut blocks = holds(&written.holds);
     blocks.push(Block::list(&written.warnings));
     report.story.rest = vec![Block::Page(blocks)];
-    // What is written may be standard output itself.
+    // The output may be standard output itself.
     let silent = Output {
         quiet: true,
         ..to.clone()
@@ -91,10 +91,10 @@ fn done(written: &Written, inputs: Vec<PathBuf>, to: &Output) -> Result<()> {
     Ok(())
 }
 
-/// The options of `faceoff mesh convert` as one types them; `python` is an interpreter that has meshio.
+/// `faceoff mesh convert` with options as on the command line; `python` is an interpreter with meshio.
 ///
 /// # Errors
-/// Options that there are not, or that do not go together.
+/// Unknown options, or options that exclude each other.
 pub fn options_of(words: &[String], out: &Path, python: Option<PathBuf>) -> Result<Options> {
     let before = ["mesh", "convert"].map(Into::into).into_iter();
     let words = before.chain(words.iter().map(Into::into));
@@ -178,7 +178,7 @@ fn vtu_encoding(name: Option<&str>) -> Result<Encoding> {
 /// The result of `mesh convert`, `refine` and `make`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Written {
-    /// The file that it was made of, or the scene.
+    /// The source: a file or a scene.
     of: String,
     file: String,
     /// None if meshio identifies it by the suffix.
@@ -207,7 +207,7 @@ impl Written {
 /// `options.lossy` allows.
 ///
 /// # Errors
-/// A file cannot be read or written, a mesh that is refined has other cells than simplices of first order, or something
+/// A file cannot be read or written, a mesh to refine has cells other than linear simplices, or data
 /// would be lost.
 fn rewrite(input: &Path, output: &Path, times: u32, options: &Options) -> Result<Written> {
     let content = io::open(input, options.python.as_deref())?;

@@ -41,7 +41,7 @@ use faceoff_mesh::{file, memory};
 const DONE: u8 = 0;
 /// 1: disagree, or not reached.
 const DISAGREE: u8 = 1;
-/// 2: could not judge: bad input, a code missing, crashed or out of time.
+/// 2: could not judge: bad input, a code missing, crashed or beyond its time limit.
 const FAILED: u8 = 2;
 
 /// Code that polls for the end of a run stops by itself within this time; the rest ends with the process.
@@ -49,7 +49,7 @@ const GRACE: Duration = Duration::from_millis(600);
 /// Code with a result gets this time to reach its next poll and to write it; a second signal ends it at once.
 const WRITING: Duration = Duration::from_secs(60);
 
-/// How often the limits are looked at: time, and memory, which takes longer to find out.
+/// The intervals at which the limits are checked: time, and memory, which takes longer to measure.
 const POLL: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(200)];
 
 /// A thread's memory for calls; formulas may be nested deeply.
@@ -58,7 +58,7 @@ pub const STACK: usize = 64 << 20;
 /// Runs the command in the arguments of a process, the first of which is its name, and returns the exit code: within a second after
 /// a signal or a limit, whatever it was doing. The process must then end.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    // Where no handler can be set, an interruption ends the program as it is.
+    // If no handler can be set, an interruption ends the program immediately.
     let _ = ctrlc::set_handler(|| {
         cancel::end(Cause::Signal);
     });
@@ -139,7 +139,7 @@ fn log(verbose: u8) {
         .init();
 }
 
-/// Starts the threads that compute, as many as there are processors, or one where there may be no more.
+/// Starts the threads that compute, as many as there are processors, or one if no more are allowed.
 fn threads() -> Result<(), String> {
     let start = |count: usize| {
         rayon::ThreadPoolBuilder::new()
@@ -152,7 +152,7 @@ fn threads() -> Result<(), String> {
 /// The result of the command.
 ///
 /// # Errors
-/// A command that did not end although it was asked to.
+/// A command that did not stop on request.
 fn wait(
     ended: &mpsc::Receiver<Result<u8>>,
     limits: &Limits,

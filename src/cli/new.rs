@@ -1,4 +1,4 @@
-//! `faceoff new`: a folder with a face-off that runs at once.
+//! `faceoff new`: a folder with a face-off that can run immediately.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -16,7 +16,7 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io;
 use faceoff_mesh::mesh::Mesh;
 
-/// A file of a template: its name and what is in it.
+/// A file of a template: its name and its contents.
 type Part = (&'static str, &'static [u8]);
 
 macro_rules! template {
@@ -193,7 +193,7 @@ pub(super) fn run(arguments: &New) -> Result<u8> {
             write(part, bytes)?;
         }
     }
-    // A form starts no programs of the file's own.
+    // A form starts no programs named in the file.
     let pipeline = match form {
         Some(_) => PIPELINE.replace("verify --run", "verify"),
         None => PIPELINE.to_owned(),

@@ -99,7 +99,7 @@ impl Progress for Bars {
     }
 }
 
-/// The time that is left, where it is known: not before the first step, nor at the end, which may take as long as it likes.
+/// The remaining time, if known: not before the first step, nor at the end, whose duration is unknown.
 fn left(state: &ProgressState, to: &mut dyn std::fmt::Write) {
     let eta = state.eta();
     let is_known = state.pos() > 0 && eta.as_secs() > 0;

@@ -1,4 +1,4 @@
-//! `faceoff scenes`: what is built in, and what each is for.
+//! `faceoff scenes`: the built-in scenes and their purpose.
 
 use serde::Serialize;
 

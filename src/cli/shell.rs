@@ -1,4 +1,4 @@
-//! `faceoff completions` and `faceoff man`: what a shell and a manual need to know of the command line.
+//! `faceoff completions` and `faceoff man`: the command line for shells and for the manual.
 
 use std::fs;
 

@@ -128,7 +128,7 @@ pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
     finish(arguments, to, &case, (&answer, of), told, certificate)
 }
 
-/// Refines until the bound is below the accuracy, telling each mesh and what is to come.
+/// Refines until the bound is below the accuracy, reporting each mesh and the next one.
 fn refine(arguments: &Solve, to: &Output, scene: &Scene, wish: &Wish) -> Result<u8> {
     let clock = Instant::now();
     let reached = reach(scene, wish, |step, next| {
@@ -185,7 +185,7 @@ fn line(step: &Step, next: Option<&Next>) -> String {
     line
 }
 
-/// Writes and delivers an answer of a code and its version; the exit code, and what the answer lacks.
+/// Writes and delivers an answer of a code and its version; returns the exit code, and what the answer lacks.
 fn finish(
     arguments: &Solve,
     to: &Output,

@@ -225,7 +225,7 @@ fn of_one(
     if let Some(folder) = &arguments.record {
         report::check_baseline_folder(folder)?;
     }
-    // What is recorded is what is kept.
+    // The record is the kept answers.
     let is_kept = arguments.resume.is_some() || arguments.record.is_some();
     let open = || Store::open(arguments.resume.as_deref(), &of.name);
     let store = is_kept.then(open).transpose()?;
@@ -319,7 +319,7 @@ pub(super) fn may_start<'a>(
     Err(Error::usage(what, remedy))
 }
 
-/// Writes the record that `make` makes, with the command that makes it again, if all agree: it holds what all codes answer alike. The
+/// Writes the record that `make` makes, with the command that makes it again, if all agree: it contains the answers on which all codes agree. The
 /// exit code is only about that.
 fn recorded(
     arguments: &Verify,
@@ -338,7 +338,7 @@ fn recorded(
     Ok(FAILED)
 }
 
-/// Engines that are there, and those that are not.
+/// Installed engines, and missing ones.
 type Present = (Vec<Box<dyn Engine>>, Vec<Failure>);
 
 /// The requested engines, and those left out. Missing ones are installed, left out or refused, according to the options.
@@ -366,7 +366,7 @@ fn present(arguments: &Verify) -> Result<Present> {
                 message: format!("engine {name} is missing and was left out"),
             });
         } else {
-            // The probe knows what is missing and the command that brings it.
+            // The probe's error names what is missing and the command that installs it.
             engine.probe()?;
             present.push(engine);
         }
@@ -391,7 +391,7 @@ pub(super) fn settings(running: &Running) -> Settings {
     }
 }
 
-/// Refuses several processes where no engine can be distributed.
+/// Refuses several processes if no engine can be distributed.
 pub(super) fn check_launch(settings: &Settings, engines: &[&dyn Engine]) -> Result<()> {
     if settings.launch == Launch::Alone || engines.iter().any(|e| e.distributes()) {
         return Ok(());

@@ -125,7 +125,7 @@ pub(super) struct OfField {
     pub up_to: Vec<UpTo>,
 }
 
-/// The name may hold colons and spaces; what follows the last colon are the bounds.
+/// The name may contain colons and spaces; the bounds follow the last colon.
 pub(super) fn of_field(text: &str) -> Result<OfField, String> {
     let form = || format!("`{text}` is not NAME:rtol=R,atol=A,up_to=WHAT");
     let (name, bounds) = text.rsplit_once(':').ok_or_else(form)?;

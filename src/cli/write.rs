@@ -1,4 +1,4 @@
-//! `faceoff write`: a form as a script of one code, to run by hand and to keep.
+//! `faceoff write`: a form as a script for one code, to run by hand and to keep.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
 //! Limits for a sandboxed program: processes, and room on the disk of its job folder. The system's own
-//! limits are for each process, or do not bind root; so all that the program has started is looked at while it runs.
+//! limits are for each process, or do not bind root; so all processes that the program has started are checked while it runs.
 
 use std::collections::HashMap;
 use std::fs;
@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 use super::machine;
 use faceoff_mesh::file;
 
-/// The largest file, and the most that the job folder may hold; half of the room that there is, where that is less.
+/// The largest file, and the largest size of the job folder; half of the free space, if that is less.
 const MOST_BYTES: u64 = 16 << 30;
 
 /// The most files and folders.
 const MOST_FILES: usize = 200_000;
 
-/// How often processes are counted, and files.
+/// The intervals at which processes and files are counted.
 const OFTEN: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(400)];
 
 /// The limits of one run in a job folder.
@@ -32,13 +32,13 @@ pub(super) fn most_tasks() -> usize {
     1024 + 16 * std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// The most that the job folder may hold.
+/// The largest size of the job folder.
 pub(super) fn most_bytes(folder: &Path) -> u64 {
     file::room(folder).map_or(MOST_BYTES, |room| MOST_BYTES.min(room / 2))
 }
 
 impl Bounds {
-    /// Those of a program that is about to start.
+    /// The limits of a program that is about to start.
     pub fn new(folder: &Path) -> Self {
         Bounds {
             folder: folder.to_owned(),
@@ -52,7 +52,7 @@ impl Bounds {
     pub fn look(&mut self, id: u32) -> Result<(), String> {
         if self.looked[0].elapsed() >= OFTEN[0] {
             self.looked[0] = Instant::now();
-            // Whose they are takes longer to find out than how many there are.
+            // Finding the owners of processes takes longer than counting processes.
             let most = most_tasks();
             if machine::tasks() > self.tasks_before + most {
                 let all = machine::below(id);
@@ -122,7 +122,7 @@ impl Held {
         self.0.insert(key, found.len());
     }
 
-    /// Adds files that have no name any more and are open all the same.
+    /// Adds open files that have been deleted.
     fn removed(&mut self, id: u32) {
         #[cfg(unix)]
         for id in machine::below(id).keys() {

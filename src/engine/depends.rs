@@ -93,7 +93,7 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
     let (mut files, mut beside) = (BTreeMap::new(), BTreeMap::new());
     let mut left = std::mem::take(&mut found.files);
     let mut is_data = false;
-    // Files first, then data in turns, as each may speak of more.
+    // Files first, then data repeatedly, as each may mention more.
     while !is_data || !left.is_empty() {
         for path in left {
             cancel::check()?;
@@ -107,7 +107,7 @@ pub(super) fn digests(command: &[String], home: &Path) -> Result<Digests> {
             let bytes = file::read(&path)?;
             let of_kind = if is_data { &mut beside } else { &mut files };
             of_kind.insert(name, digest(&bytes));
-            // Programs of the system speak of everything.
+            // System programs mention everything.
             let is_theirs = found.walked.iter().any(|root| path.starts_with(root));
             if is_theirs && (is_loaded(&path) || bytes.len() <= SEARCHED) {
                 spoken.add(&bytes);
@@ -205,7 +205,7 @@ impl Found<'_> {
         }
     }
 
-    /// Adds what is in a folder and in those in it, but for what this program keeps there.
+    /// Adds the files in a folder and its subfolders, except those that this program keeps there.
     fn walk(&mut self, root: &Path) -> Result<()> {
         let mut folders = vec![root.to_owned()];
         while let Some(folder) = folders.pop() {
@@ -261,7 +261,7 @@ fn is_loaded(path: &Path) -> bool {
     LOADED.contains(&suffix) || name.contains(".so.")
 }
 
-/// `u-*.csv` for `u-{n}.csv`; none where all of it is a placeholder, or nothing is.
+/// `u-*.csv` for `u-{n}.csv`; None if all of it is a placeholder, or nothing is.
 fn pattern(name: &str) -> Option<String> {
     let (mut pattern, mut rest) = (String::new(), name);
     while let Some((before, after)) = rest.split_once('{') {
@@ -367,7 +367,7 @@ mod tests {
             found,
             ["cr.f64", "deep.dat", "in.json", "inputs/more/7", "solve.py"]
         );
-        // What a command names is not taken for what it may write.
+        // A file that a command names is not treated as one that it may write.
         let words = ["./log", "solve.py", "cr.f64"].map(str::to_owned);
         let found = digests(&words, &home).unwrap();
         assert!(

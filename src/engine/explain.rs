@@ -1,4 +1,4 @@
-//! `--explain`: the model that was chosen, what was left out because the scene has no need of it, and what was built.
+//! `--explain`: the model that was chosen, what was left out because the scene does not need it, and what was built.
 
 use serde::Serialize;
 
@@ -16,12 +16,12 @@ pub struct Explanation {
     dofs: usize,
     /// On Γ_D: given, not solved for.
     given: usize,
-    /// Data that are 0 and enter nothing.
+    /// Data that are 0 and do not enter.
     zero_data: Vec<&'static str>,
     /// Parts of the domain that only contact constrains.
     floats: bool,
     contact_faces: usize,
-    /// Nonlinear conditions: one a quadrature point, a face or a vertex of Γ_C, as the method has it.
+    /// Nonlinear conditions: one per quadrature point, face or vertex of Γ_C, depending on the method.
     conditions: usize,
     /// Contact faces with the whole of their quadrature points in contact, and with a part.
     in_contact: usize,
@@ -83,7 +83,7 @@ impl Explanation {
         }
     }
 
-    /// One thing a line.
+    /// One item per line.
     pub fn lines(&self) -> Vec<Text> {
         let mut lines = vec![text!(
             "model: {} in {} dimensions, {} dofs, {} of them given on Γ_D",

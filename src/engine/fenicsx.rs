@@ -40,7 +40,7 @@ pub(super) fn has_module(python: &Path, module: &str) -> bool {
     origin(python, module).is_some()
 }
 
-/// The folder of a module that this Python imports, where its files are in one.
+/// The folder of a module that this Python imports, if its files are in one.
 pub(super) fn folder_of(python: &Path, module: &str) -> Option<PathBuf> {
     let origin = PathBuf::from(origin(python, module)?);
     let folder = origin.parent().filter(|_| origin.is_absolute())?;
@@ -96,7 +96,7 @@ pub(super) fn command(
     };
     let python = python(within).ok_or_else(missing)?;
     let script = home.join(SCRIPTS[0].0);
-    // What MPI puts there would outlive a process that is killed.
+    // The files that MPI puts there would outlive a killed process.
     let temporary = folder.join("tmp");
     fs::create_dir_all(&temporary).map_err(Error::io(&temporary, "make"))?;
     let mut command = match launch {
@@ -137,10 +137,10 @@ pub(super) fn command(
             },
         );
     if std::env::var_os("HOME").is_none() {
-        // dolfinx asks for it even where it has no need of it.
+        // dolfinx requires it even if it does not need it.
         command.env("HOME", folder);
     }
-    // For how long another process may compile the same form, in seconds: by dolfinx's default of ten a busy machine fails.
+    // The time in seconds that another process may take to compile the same form; dolfinx's default of ten fails on a busy machine.
     for name in ["dolfinx_jit_parameters.json", "dolfinx_jit_options.json"] {
         let path = folder.join(name);
         fs::write(&path, "{\"timeout\": 60}\n").map_err(Error::io(&path, "write"))?;

@@ -1,5 +1,5 @@
 //! An engine as a TOML file, so that a further code, or a changed copy of a companion script,
-//! joins without a line of Rust:
+//! can be added without a line of Rust:
 //!
 //! ```toml
 //! name = "my-code"
@@ -100,7 +100,7 @@ pub(super) fn described(file: EngineFile, path: &Path) -> Result<Program> {
             command,
             folder: home,
         },
-        // A companion as it is, where it is, is built in.
+        // An unchanged companion in this system is built in.
         (None, Some(companion @ ("freefem" | "fenicsx")), scripts)
             if scripts.is_some() || file.within.is_some() =>
         {
@@ -117,7 +117,7 @@ pub(super) fn described(file: EngineFile, path: &Path) -> Result<Program> {
         let what = "`within` does not name {job}, the folder that the command must see";
         return Err(refuse(Place::Whole, format!("{}: {what}", file.name)));
     }
-    // To ask it for its version runs its words.
+    // Querying its version runs its command.
     if !within.is_empty() && super::needs_sandbox() {
         let what = format!("{} runs within another system already", file.name);
         return Err(Error::usage(what, "leave --sandbox out"));

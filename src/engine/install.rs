@@ -8,7 +8,7 @@ use super::within::Within;
 use super::{fenicsx, freefem, process, quoted};
 use faceoff_mesh::error::{Error, Result};
 
-/// Something that an engine or a format needs, and the commands that bring it.
+/// Something that an engine or a format needs, and the commands that install it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Installation {
     /// The missing program.

@@ -1,8 +1,8 @@
-//! The job folder: what an engine gets, and what counts as its answer; tests/engines/README.md has the protocol.
+//! The job folder: the input of an engine, and the conditions for its answer; tests/engines/README.md describes the protocol.
 //!
 //! ```text
 //! job.json             method, stopping rule, quadrature points and weights, data; for FreeFEM job.idp
-//! case-0/, case-1/, …  the mesh and γ, in the form that the code reads best
+//! case-0/, case-1/, …  the mesh and γ, in the format that the code reads best
 //! out/                 the engine writes its dofs here, and status.json last, by rename
 //! ```
 
@@ -131,7 +131,7 @@ pub(super) fn jobs(cases: &[&Case]) -> Vec<Vec<usize>> {
     jobs
 }
 
-/// γ of each cell behind a contact face, by ascending cell.
+/// γ of each cell at a contact face, by ascending cell.
 ///
 /// # Errors
 /// Two contact faces of one cell with different γ: no engine could distinguish them.
@@ -325,7 +325,7 @@ pub(super) fn read(engine: &str, folder: &Path, cases: &[&Case]) -> Result<(Stri
     Ok((status.version, answers))
 }
 
-/// Makes a job that is written one in another protocol.
+/// Changes the protocol version of a written job.
 pub(super) fn pretend_protocol(folder: &Path, protocol: u32) -> Result<()> {
     let path = folder.join("job.json");
     let text = fs::read_to_string(&path).map_err(Error::io(&path, "read"))?;
@@ -405,7 +405,7 @@ pub fn binary(bytes: &[u8], expected: usize) -> Result<Vec<f64>, String> {
     Ok(values.iter().map(|v| f64::from_le_bytes(*v)).collect())
 }
 
-/// One value a dof, after every cell that has it gave the same.
+/// One value per dof, after checking that every cell that has it gives the same.
 ///
 /// # Errors
 /// A message about values that are not finite, or not the same from every cell.

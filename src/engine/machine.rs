@@ -1,4 +1,4 @@
-//! The machine that times are of, and the memory of this process.
+//! The machine on which times are measured, and the memory of this process.
 
 use std::collections::HashMap;
 use std::fs;
@@ -9,11 +9,11 @@ use serde::Serialize;
 /// Where, and with what build, something was measured.
 #[derive(Debug, Clone, Serialize)]
 pub struct Machine {
-    /// As the system names the processor; empty where it does not.
+    /// The processor's name as reported by the system; empty if it is not reported.
     pub processor: String,
     /// Threads that may be used.
     pub threads: usize,
-    /// All of it, in MB; none where the system does not report it.
+    /// All memory, in MB; None if the system does not report it.
     pub memory_mb: Option<f64>,
     /// `linux`, `macos`, `windows`.
     pub system: &'static str,
@@ -71,14 +71,14 @@ fn largest(_: bool) -> f64 {
     f64::NAN
 }
 
-/// Memory that this process and all that it started hold, in bytes, with the files that sandboxed programs have in memory; 0
-/// where the system does not report it.
+/// Memory of this process and its descendants, in bytes, with the files that sandboxed programs have in memory; 0
+/// if the system does not report it.
 pub fn held_memory() -> u64 {
     let (mut own, mut shared) = (0, 0);
     let mut folders = HashMap::new();
     for (id, text) in below(std::process::id()) {
         own += megabytes(&text, "RssAnon").map_or(0, bytes);
-        // What several share counts once, and takes longer to find out.
+        // Shared memory counts once, and takes longer to measure.
         if megabytes(&text, "RssShmem").is_some_and(|held| held > 16.0) {
             let text = fs::read_to_string(format!("/proc/{id}/smaps_rollup")).unwrap_or_default();
             shared += megabytes(&text, "Pss_Shmem").map_or(0, bytes);
@@ -132,7 +132,7 @@ pub(super) fn below(ancestor: u32) -> HashMap<u32, String> {
     ours.into_iter().filter_map(text).collect()
 }
 
-/// Processes and threads of the whole system; 0 where it does not report them.
+/// Processes and threads of the whole system; 0 if it does not report them.
 pub(super) fn tasks() -> usize {
     let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let all = text.split(['/', ' ']).nth(4);
@@ -150,7 +150,7 @@ pub struct HighWater {
 }
 
 impl HighWater {
-    /// From now on. None where the system does not count that way.
+    /// From now on. None if the system does not support this.
     pub fn begin() -> Option<Self> {
         // 5 resets the peak to the current memory.
         fs::write("/proc/self/clear_refs", "5").ok()?;

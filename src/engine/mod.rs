@@ -47,7 +47,7 @@ use faceoff_mesh::error::{Error, Result, meant};
 
 /// One problem for the engines.
 pub struct Case<'a> {
-    /// The refinement, where the scene has one.
+    /// The refinement, if the scene has one.
     pub n: Option<usize>,
     /// The discrete problem that they must solve.
     pub problem: Problem<'a>,
@@ -71,18 +71,18 @@ pub struct Settings {
     pub linear: linear::Settings,
     /// For dolfinx, which can distribute the mesh.
     pub launch: Launch,
-    /// Longest time one process may take.
+    /// The time limit of one process.
     pub time_limit: Duration,
     /// Whether other codes are run in a sandbox.
     pub sandbox: bool,
-    /// Where job folders are kept; none: they are removed.
+    /// Where job folders are kept; None: they are removed.
     pub keep: Option<PathBuf>,
 }
 
 /// Whether programs run in a sandbox, or not at all.
 static NEEDS_SANDBOX: AtomicBool = AtomicBool::new(false);
 
-/// From now on every program that solves something runs in a sandbox or not at all, whichever command starts it.
+/// From now on every program that solves something runs in a sandbox or not at all, for every command.
 pub fn require_sandbox() {
     NEEDS_SANDBOX.store(true, Ordering::Relaxed);
 }
@@ -126,9 +126,9 @@ pub struct Answer {
     pub increments: Vec<f64>,
     /// Whether the engine reports that its iteration reached the tolerance.
     pub converged: bool,
-    /// The step that u comes from; not the last where nothing was reached and another was better.
+    /// The step that u comes from; not the last one if the iteration did not converge and another was better.
     pub step: usize,
-    /// Why it ended, what changed and what was left after each step: of the Rust engine.
+    /// Why it ended, and the changes and residuals of each step, for the Rust engine.
     pub history: Option<History>,
     /// Seconds by phase, as the engine reports them: read or mesh, assembly, factor, iterate, …
     pub seconds: Vec<(String, f64)>,

@@ -1,4 +1,4 @@
-//! An engine that is a program and speaks the protocol.
+//! An engine that is a program and implements the protocol.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use super::{
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::Temporary;
 
-/// A program and how it is spoken to.
+/// A program and its form of the protocol.
 pub(super) struct Program {
     pub name: String,
     pub kind: Kind,
@@ -74,7 +74,7 @@ impl Program {
         match &self.kind {
             Kind::FreeFem { .. } => {}
             Kind::Fenicsx { scripts } => {
-                // Those who run without a sandbox load what is in theirs.
+                // Programs without a sandbox load the files in their cache.
                 let cache = match scripts {
                     None => fenicsx::cache(folder).join(fenicsx::OF_SANDBOXES),
                     Some(_) => folder.join("cache"),
@@ -113,7 +113,7 @@ impl Program {
 
 /// The command of an engine file; words that are files next to it mean those files.
 fn other_command(words: &[String], home: &Path) -> Command {
-    // Where links and `..` lead, so that a sandbox that has this folder has them.
+    // With links and `..` resolved, so that a sandbox with this folder contains them.
     let home = shown::real(home).unwrap_or(home.to_owned());
     let resolve = |word: &String| {
         let beside = home.join(word);
@@ -275,7 +275,7 @@ impl Program {
     }
 }
 
-/// A job's folder, which ends with the job unless it is to be kept.
+/// A job's folder, which is removed with the job unless it is to be kept.
 pub(super) struct Folder {
     pub path: PathBuf,
     _temporary: Option<Temporary>,

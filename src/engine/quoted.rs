@@ -1,6 +1,6 @@
-//! Commands as one would type them.
+//! Commands as a user would type them.
 
-/// Words as a shell reads them back: what it would take for something else is quoted.
+/// Words as a shell reads them back, quoted where necessary.
 pub fn quoted<S: AsRef<str>>(words: impl IntoIterator<Item = S>) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_.,/=+:@%".contains(c);
     let quote = |word: S| match word.as_ref() {
@@ -11,7 +11,7 @@ pub fn quoted<S: AsRef<str>>(words: impl IntoIterator<Item = S>) -> String {
     words.join(" ")
 }
 
-/// The arguments of this process, as one would type them; what is not Unicode is replaced.
+/// The arguments of this process, as a user would type them; characters outside Unicode are replaced.
 pub fn typed() -> String {
     quoted(
         std::env::args_os()

@@ -282,7 +282,7 @@ fn common(newest: bool) -> Vec<OsString> {
         put(&["--ro-bind-data", descriptor, path]);
     }
     put(&["--proc", "/proc", "--dev", "/dev"]);
-    // How many cores there are, and how they share memory: for MPI and the libraries of linear algebra.
+    // The number of cores, and how they share memory, for MPI and the linear algebra libraries.
     for path in ["/sys/devices/system/cpu", "/sys/devices/system/node"] {
         put(&["--ro-bind-try", path, path]);
     }

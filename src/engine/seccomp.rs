@@ -27,7 +27,7 @@ pub(super) fn filter() -> Option<Vec<u8>> {
 mod linux {
     use nix::libc;
 
-    /// The architecture as the kernel's audit calls it.
+    /// The architecture by its name in the kernel's audit.
     #[cfg(target_arch = "x86_64")]
     const ARCHITECTURE: u32 = 0xc000_003e;
     #[cfg(target_arch = "aarch64")]
@@ -100,7 +100,7 @@ mod linux {
     const KILL: u32 = 0x8000_0000;
     const FAIL: u32 = 0x0005_0000;
 
-    /// Where a call's number, architecture and first two arguments are.
+    /// The positions of a call's number, architecture and first two arguments.
     const NUMBER: u32 = 0;
     const OF_ARCHITECTURE: u32 = 4;
     const FIRST: u32 = 16;

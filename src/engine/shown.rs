@@ -21,7 +21,7 @@ const OF_SYSTEM: [&str; 9] = [
     "/gnu/store",
 ];
 
-/// Folders that all share, where others keep sockets and secrets.
+/// Shared folders, in which others keep sockets and secrets.
 const SHARED: [&str; 15] = [
     "/boot", "/dev", "/dev/shm", "/etc", "/home", "/media", "/mnt", "/opt", "/proc", "/run",
     "/srv", "/sys", "/tmp", "/var", "/var/tmp",
@@ -30,7 +30,7 @@ const SHARED: [&str; 15] = [
 /// Python's own folders below its prefix: a prefix like ~/.local contains more.
 const OF_PYTHON: [&str; 4] = ["bin", "include", "lib", "lib64"];
 
-/// The folders, where links lead, and where programs are looked for.
+/// The folders, with links resolved, and the folders that are searched for programs.
 #[derive(Debug, Default)]
 pub(super) struct Shown {
     paths: Vec<PathBuf>,
@@ -42,10 +42,10 @@ pub(super) fn is_of_system(real: &Path) -> bool {
     OF_SYSTEM.iter().any(|place| real.starts_with(place))
 }
 
-/// Where a folder is, and links lead; no name is this folder.
+/// The path of a folder, with links resolved; an empty name is the current folder.
 ///
 /// # Errors
-/// A folder that is not there.
+/// A folder that does not exist.
 pub(super) fn real(path: &Path) -> Result<PathBuf> {
     let here = match path.as_os_str().is_empty() {
         true => Path::new("."),
@@ -150,7 +150,7 @@ impl Shown {
         hidden
     }
 
-    /// Where programs are looked for: where the shown ones are, and the user's folders of the system.
+    /// The folders that are searched for programs: those of the shown ones, and the system folders in the user's path.
     pub fn search_path(&self) -> OsString {
         let users = std::env::var_os("PATH").unwrap_or_default();
         let users = std::env::split_paths(&users).filter(|path| is_of_system(path));

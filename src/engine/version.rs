@@ -13,13 +13,13 @@ struct Known {
     code: &'static str,
     /// Releases that all scenes were verified with.
     tested: &'static [[u32; 2]],
-    /// Older ones lack what the companion is written in.
+    /// Older ones lack features that the companion uses.
     oldest: [u32; 2],
     remedy: &'static str,
 }
 
 /// FreeFEM 3 has neither the language of the script nor its 3D elements. Debian's 4.11 reports 4.9.
-/// Before 0.5 dolfinx had other names for most of what the companion calls.
+/// Before 0.5, dolfinx had different names for most functions that the companion calls.
 const KNOWN: [Known; 2] = [
     Known {
         engine: "freefem",

@@ -1,4 +1,4 @@
-//! Codes whose scripts are written from a weak form: which program runs them here, and what a run gets.
+//! Codes whose scripts are written from a weak form: the program that runs them here, and the input of a run.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -70,12 +70,12 @@ impl Number {
         Number { value, form }
     }
 
-    /// A bound from above, none of whose digits is below it.
+    /// An upper bound, rounded up.
     pub fn at_most(bound: f64, digits: usize) -> Self {
         Number::new(above(bound, Digits::Counting(digits)), digits)
     }
 
-    /// A bound from below, none of whose digits is above it.
+    /// A lower bound, rounded down.
     pub fn at_least(bound: f64, digits: usize) -> Self {
         Number::new(below(bound, Digits::Counting(digits)), digits)
     }
@@ -233,7 +233,7 @@ impl Text {
         Text::of([Piece::Words(first)].into_iter().chain(rest))
     }
 
-    /// As people read it where there is no markup: in an attribute.
+    /// For people, where there is no markup: in an attribute.
     pub fn told(&self) -> String {
         let of = |span: &Span| match &span.piece {
             Piece::Number(number) => number.told(),
@@ -242,7 +242,7 @@ impl Text {
         self.0.iter().map(of).collect()
     }
 
-    /// With more behind it.
+    /// With more text appended.
     pub fn and(mut self, more: impl Into<Text>) -> Self {
         self.0.extend(more.into().0);
         self

@@ -3,7 +3,7 @@
 /// Between thousands, and around the dot of a product: narrow, and no place to break a line.
 pub const THIN: char = '\u{202f}';
 
-/// Below this and from that on powers of ten read better.
+/// Below the first and from the second on, powers of ten are used.
 const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
 
 /// With a given number of significant digits; 0 is `0`, and a value that is not finite is a dash.
@@ -34,7 +34,7 @@ pub fn number(value: f64, digits: usize) -> String {
     }
 }
 
-/// Two digits: what differences and residuals have.
+/// Two digits, for differences and residuals.
 pub fn size(value: f64) -> String {
     number(value, 2)
 }
@@ -44,7 +44,7 @@ pub fn whole(count: usize) -> String {
     thousands(&count.to_string())
 }
 
-/// How large a share is: percent above a thousandth, else as it is.
+/// A share: in percent above a thousandth, otherwise as a number.
 pub fn share(part: f64) -> String {
     match part.abs() {
         p if p >= 1e-3 => format!("{}{THIN}%", trimmed(&number(100.0 * part, 3))),
@@ -99,7 +99,7 @@ fn thousands(text: &str) -> String {
     grouped
 }
 
-/// With a minus that is one; what is 0 has none.
+/// With a real minus sign; 0 has none.
 pub fn signed(text: &str) -> String {
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),

@@ -2,12 +2,12 @@
 
 use super::number::number;
 
-/// How many digits there are to be.
+/// The number of digits.
 #[derive(Clone, Copy)]
 pub enum Digits {
-    /// Those that count.
+    /// Significant digits.
     Counting(usize),
-    /// Those behind the point.
+    /// Decimals.
     Decimals(usize),
 }
 
