@@ -323,7 +323,10 @@ fn a_page_is_cut_into_what_is_typed_and_what_is_printed() {
 
 #[test]
 fn editors_know_what_files_hold() {
-    let schema = |text: &str| match (text.contains("[form"), text.contains("[codes")) {
+    let schema = |text: &str| match (
+        text.contains("[form") || text.contains("[eigen"),
+        text.contains("[codes"),
+    ) {
         (true, _) => "docs/reference/form.schema.json",
         (_, true) => "docs/reference/face-off.schema.json",
         _ => "docs/reference/scene.schema.json",

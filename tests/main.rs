@@ -10,6 +10,7 @@ mod companions;
 mod compare;
 mod cubes;
 mod docs;
+mod eigen;
 mod elastic;
 mod ending;
 mod engines;

@@ -68,11 +68,26 @@ impl Source {
             }
             None => find_in_path(program).ok_or_else(|| format!("{program} is not installed"))?,
         };
+        if let Some(module) = self
+            .solver()
+            .filter(|module| folder_of(&found, module).is_none())
+        {
+            let python = found.display();
+            return Err(format!(
+                "{python} has no {module}, which solves eigenproblems"
+            ));
+        }
         let mut words = vec![found.display().to_string().replace('{', "{{")];
         words.extend(usual.iter().skip(1).map(|word| (*word).to_owned()));
         words.extend(["{script}", "{mesh}"].map(str::to_owned));
         words.push(format!("{{out}}/{}", self.result()));
         Ok(words)
+    }
+
+    /// The module that solves eigenproblems where the code's own does not.
+    fn solver(&self) -> Option<&'static str> {
+        let is_it = self.problem.eigen.is_some() && self.code.name == "dolfinx";
+        is_it.then_some("slepc4py")
     }
 
     /// The file with all unknowns that the script writes.
@@ -116,11 +131,15 @@ impl Source {
             let files = json!(depends::digests(&[], &folder)?);
             Ok::<_, Error>(digest(files.to_string().as_bytes()))
         };
-        Ok(json!({
+        let mut all = json!({
             "command": command,
             "script": digest(self.text(name, &BTreeMap::new())?.as_bytes()),
             "program": digest(&file::read(&program)?),
             "module": self.code.module().map(of_module).transpose()?,
-        }))
+        });
+        if let Some(module) = self.solver() {
+            all["solver"] = json!(of_module(module)?);
+        }
+        Ok(all)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::face_off::{NOT_JUDGED, level};
 use super::model::{Block, Cell, Table, TestCase, joined, table};
-use crate::campaigns::face_off::{OfSpectra, OfSpectrum, short};
+use crate::campaigns::face_off::{OfResidual, OfSpectra, OfSpectrum, short};
 use crate::text::number::{number, size};
 use crate::text::{Text, text};
 use faceoff_judge::relative;
@@ -13,6 +13,10 @@ pub(super) fn blocks<'a>(of: &OfSpectrum) -> Vec<Block<'a>> {
         text!("Spectrum `{of.spectrum}`"),
         rows_table(of.pairs.iter().chain(&of.exact)),
     )];
+    if !of.residuals.is_empty() {
+        let words = text!("How well each code solves the eigenproblem, in our matrices");
+        all.push(Block::Titled(words, residuals_table(&of.residuals)));
+    }
     let judged = of.pairs.iter().filter(|row| row.judged);
     if let Some(row) = judged.max_by_key(|row| row.verdict) {
         let words = text!(
@@ -56,6 +60,21 @@ fn rows_table<'a>(rows: impl Iterator<Item = &'a OfSpectra>) -> Table {
         "spaces" => (!row.spaces.is_empty()).then_some(row.spaces.len()),
         "largest sine" => sine(row).map(Cell::size),
         "verdict" => verdict(row),
+        "remark" => &row.reason,
+    )
+    .known()
+}
+
+fn residuals_table(all: &[OfResidual]) -> Table {
+    table!("", all, |row|
+        "code" => &row.code,
+        "n" => level(&row.level),
+        "pairs" => row.pairs,
+        "largest residual" => row.residual.map(Cell::size),
+        "of" => row.value.map(|value| Cell::number(value, number(value, 6))),
+        "where held" => row.dirichlet.map(Cell::size),
+        "allowed" => Cell::size(row.allowed),
+        "verdict" => row.verdict,
         "remark" => &row.reason,
     )
     .known()
@@ -109,6 +128,13 @@ fn assurance_table(of: &OfSpectra) -> Table {
 pub(super) fn words(of: &OfSpectrum) -> Vec<Text> {
     let rows = of.pairs.iter().chain(&of.exact).filter(|row| row.judged);
     let mut wrong = rows.clone().filter(|row| !row.verdict.passes());
+    let unsolved = of.residuals.iter().rfind(|row| !row.verdict.passes());
+    if let (None, Some(row)) = (wrong.clone().next(), unsolved) {
+        return vec![text!(
+            "`{of.spectrum}`, {row.code}{}: {row.reason}.",
+            row.level.at()
+        )];
+    }
     match wrong.next_back() {
         Some(row) => {
             let against = match &*row.b {
@@ -133,11 +159,20 @@ pub(super) fn words(of: &OfSpectrum) -> Vec<Text> {
 /// One case for each row that is judged.
 pub(super) fn cases(name: &str, of: &OfSpectrum) -> Vec<TestCase> {
     let rows = of.pairs.iter().chain(&of.exact).filter(|row| row.judged);
+    let of_residuals = of.residuals.iter().map(|row| {
+        let about = format!(
+            "{}, residual of {}{}",
+            of.spectrum,
+            row.code,
+            row.level.at()
+        );
+        TestCase::new(name, about, row.verdict, row.reason.clone())
+    });
     let case = |row: &OfSpectra| {
         let about = format!("{}, {} – {}{}", of.spectrum, row.a, row.b, row.level.at());
         TestCase::new(name, about, row.verdict, row.reason.clone())
     };
-    rows.map(case).collect()
+    rows.map(case).chain(of_residuals).collect()
 }
 
 /// The values that one code has and another has not, in a few words.

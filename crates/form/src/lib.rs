@@ -36,6 +36,7 @@
 #![warn(missing_docs)]
 
 pub mod codes;
+pub mod eigen;
 pub mod elastic;
 pub mod file;
 pub mod grid;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use faceoff_fem::quadrature::Rule;
 
+use crate::eigen::Eigen;
 use crate::elastic::Parts;
 use crate::grid::Cells;
 use crate::language::{Definition, Formula};
@@ -36,6 +37,8 @@ pub struct Problem {
     pub means: Vec<Mean>,
     /// The steps in time, if F is solved more than once.
     pub time: Option<Time>,
+    /// What is asked of an eigenproblem, whose integrals are those of a(u, v) and of m(u, v); none where F(u; v) = 0 is solved.
+    pub eigen: Option<Eigen>,
     /// The degree of polynomials that the quadrature rule on cells integrates exactly.
     pub degree: usize,
     /// The degree of the rule on facets.
@@ -202,8 +205,10 @@ pub struct Integral {
     pub measure: Measure,
     /// The coefficient of each component of a test function or of its gradient.
     pub terms: BTreeMap<Leaf, Id>,
-    /// Where it begins in F, in characters from 0.
+    /// Where it begins in F, in characters from 0; of an eigenproblem in a, or in m.
     pub at: usize,
+    /// Of an eigenproblem: is it a part of m rather than of a?
+    pub is_mass: bool,
 }
 
 /// A Dirichlet condition: the dofs of one component on a group of facets have the values of g.
@@ -294,10 +299,9 @@ impl Problem {
     pub fn residual(&mut self) -> Vec<Integral> {
         let mut all: Vec<Integral> = Vec::new();
         for integral in self.integrals.clone() {
-            let Some(same) = all
-                .iter_mut()
-                .find(|other| other.measure == integral.measure)
-            else {
+            let Some(same) = all.iter_mut().find(|other| {
+                (&other.measure, other.is_mass) == (&integral.measure, integral.is_mass)
+            }) else {
                 all.push(integral);
                 continue;
             };

@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
-use super::{OfField, Player, Rung};
-use crate::engine::with;
+use super::{OfField, OfSpectrum, Player, Rung, eigen};
+use crate::engine::{Left, with};
 use crate::run::{FaceOff, Label};
 use crate::why::InForm;
+use faceoff_form::Problem;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
@@ -40,11 +41,14 @@ pub(super) fn judge(
     of: &FaceOff,
     players: &[Player],
     rungs: &[Rung],
-    fields: &[OfField],
+    (fields, spectra): (&[OfField], &[OfSpectrum]),
 ) -> Result<Vec<OfForm>> {
     let Some(form) = of.form.as_ref().filter(|form| form.time.is_none()) else {
         return Ok(Vec::new());
     };
+    if form.eigen.is_some() {
+        return of_modes(of, form, players, rungs, spectra);
+    }
     let differs = |rung: &&Rung| {
         let mut pairs = fields.iter().flat_map(|field| &field.pairs);
         pairs.any(|pair| {
@@ -71,4 +75,47 @@ pub(super) fn judge(
         })
     });
     Ok(each.collect())
+}
+
+/// Of each code whose modes do not solve an eigenproblem: the worst of them.
+fn of_modes(
+    of: &FaceOff,
+    form: &Problem,
+    players: &[Player],
+    rungs: &[Rung],
+    spectra: &[OfSpectrum],
+) -> Result<Vec<OfForm>> {
+    let mut all = Vec::new();
+    let wrong = spectra.iter().flat_map(|found| &found.residuals);
+    let mut wrong = wrong
+        .filter(|row| row.verdict == Verdict::Disagree)
+        .peekable();
+    let (Some(asked), Some(first)) = (of.spectra.first(), wrong.peek()) else {
+        return Ok(all);
+    };
+    let level = first.level.clone();
+    let Some(rung) = rungs.iter().find(|rung| rung.level.label == level) else {
+        return Ok(all);
+    };
+    let Some(mesh) = of.mesh(rung.level.n)? else {
+        return Ok(all);
+    };
+    let form = with(form, &rung.parameters);
+    for row in wrong.filter(|row| row.level == level) {
+        let mut each = players.iter().zip(&rung.left);
+        let is_it = |(player, _): &(&Player, &Option<Left>)| player.name == row.code;
+        let Some((player, Some(left))) = each.find(is_it) else {
+            continue;
+        };
+        let value = row.value.unwrap_or(f64::NAN);
+        let found = eigen::explain(of, asked, (&form, &mesh), player, left, value);
+        let refused = found.as_ref().err().map(ToString::to_string);
+        all.push(OfForm {
+            code: row.code.clone(),
+            level: level.clone(),
+            found: found.ok(),
+            refused,
+        });
+    }
+    Ok(all)
 }

@@ -3,6 +3,7 @@
 mod at_once;
 mod cause;
 mod diagnosis;
+mod eigen;
 mod fields;
 mod in_form;
 mod limiting;
@@ -23,6 +24,7 @@ use serde_json::Value;
 
 pub use cause::{Cause, Finding};
 pub use diagnosis::{Apart, Diagnosis, Moved};
+pub use eigen::OfResidual;
 pub use fields::worst;
 pub use in_form::OfForm;
 pub use meetings::{Extrapolated, OfMeeting};
@@ -332,7 +334,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         .map(|asked| numbers::judge(&players, asked, &rungs))
         .collect();
     let spectra = of.spectra.iter();
-    let spectra = spectra.map(|asked| spectra::judge(&players, asked, &rungs));
+    let spectra = spectra.map(|asked| spectra::judge(of, &players, asked, &rungs));
     let spectra = spectra.collect::<Result<Vec<_>>>()?;
     let diagnosis = match how.diagnose {
         true => Some(diagnosis::diagnose(
@@ -356,7 +358,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         runs,
         at_once: at_once::most(&players, cores),
         missing: Vec::new(),
-        in_form: in_form::judge(of, &players, &rungs, &fields)?,
+        in_form: in_form::judge(of, &players, &rungs, (&fields, &spectra))?,
         fields,
         numbers,
         spectra,

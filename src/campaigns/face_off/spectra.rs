@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::fields::{Side, extract, file_of, side};
 use super::times::short;
-use super::{Player, Rung, pairs};
-use crate::run::{Asked, Judged, Label, Same, Spectrum};
+use super::{OfResidual, Player, Rung, eigen, pairs};
+use crate::run::{Asked, FaceOff, Judged, Label, Same, Spectrum};
 use faceoff_judge::{Modes, Verdict, clusters, match_spectra, relative};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -24,6 +24,9 @@ pub struct OfSpectrum {
     /// Each code on the finest level against the values that are known.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub exact: Vec<OfSpectra>,
+    /// Of an eigenproblem of a form: how well each code solves it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub residuals: Vec<OfResidual>,
 }
 
 /// Two spectra, or that of a code and the one that is known, which is the second.
@@ -88,15 +91,21 @@ struct Found {
     values: Vec<f64>,
     modes: Vec<Results>,
     kernel: usize,
-    /// Whether the code has further values, which were not asked for and belong to none of these.
-    goes_on: bool,
+    /// Whether the code has further values, which were not asked for and belong to none of these, below the lowest and above the highest; below,
+    /// also whether it cannot have any.
+    goes_on: [bool; 2],
 }
 
 /// Every pair on every level, and each code on the finest against what is known.
 ///
 /// # Errors
 /// [`Error::Ended`].
-pub(super) fn judge(players: &[Player], asked: &Spectrum, rungs: &[Rung]) -> Result<OfSpectrum> {
+pub(super) fn judge(
+    of: &FaceOff,
+    players: &[Player],
+    asked: &Spectrum,
+    rungs: &[Rung],
+) -> Result<OfSpectrum> {
     let (mut of_pairs, mut of_exact) = (Vec::new(), Vec::new());
     for (k, rung) in rungs.iter().enumerate() {
         let is_finest = k + 1 == rungs.len();
@@ -148,13 +157,17 @@ pub(super) fn judge(players: &[Player], asked: &Spectrum, rungs: &[Rung]) -> Res
             of_exact.push(of_values(asked, &found.values, &asked.exact, row));
         }
     }
+    let residuals = eigen::judge(of, asked, players, rungs)?;
     let rows = of_pairs.iter().chain(&of_exact).filter(|row| row.judged);
+    let verdicts = rows.map(|row| row.verdict);
+    let verdicts = verdicts.chain(residuals.iter().map(|row| row.verdict));
     Ok(OfSpectrum {
         spectrum: asked.name.clone(),
         same: asked.same,
-        verdict: Verdict::of_all(rows.map(|row| row.verdict)),
+        verdict: Verdict::of_all(verdicts),
         pairs: of_pairs,
         exact: of_exact,
+        residuals,
     })
 }
 
@@ -184,13 +197,24 @@ fn found(asked: &Spectrum, side: &Side) -> Result<Found, String> {
     let all = numbers.len();
     numbers.retain(|(value, _)| asked.kernel.is_none_or(|part| value.abs() > part * largest));
     let kernel = all - numbers.len();
-    // Those that are asked for, with the rest of the cluster that the last of them is in.
+    // Those that are asked for, with the rest of the clusters that the last of them are in.
     let values: Vec<f64> = numbers.iter().map(|(value, _)| *value).collect();
+    let asked_for = nearest(&values, asked);
     let runs = clusters(&values, asked.cluster);
-    let enough = |end: &usize| asked.count.is_some_and(|count| *end >= count);
-    let kept = runs.iter().map(|run| run.end).find(enough);
-    let kept = kept.unwrap_or(values.len());
-    numbers.truncate(kept);
+    let kept = runs
+        .iter()
+        .filter(|run| (*run).clone().any(|k| asked_for.contains(&k)));
+    let kept = kept.fold(asked_for.clone(), |all, run| {
+        all.start.min(run.start)..all.end.max(run.end)
+    });
+    let goes_on = [
+        kept.start > 0
+            || asked
+                .near
+                .is_none_or(|near| values.first().is_some_and(|low| *low >= near)),
+        kept.end < values.len(),
+    ];
+    numbers = numbers.drain(kept).collect();
     let mut of_modes = Vec::new();
     for (_, number) in modes.iter().flat_map(|_| &numbers) {
         let number = number.to_string();
@@ -206,8 +230,24 @@ fn found(asked: &Spectrum, side: &Side) -> Result<Found, String> {
         values: numbers.into_iter().map(|(value, _)| value).collect(),
         modes: of_modes,
         kernel,
-        goes_on: kept < values.len(),
+        goes_on,
     })
+}
+
+/// The positions of the values that are asked for, which are a run: the lowest, or those nearest to a number; all where no count is.
+fn nearest(values: &[f64], asked: &Spectrum) -> std::ops::Range<usize> {
+    let count = asked.count.unwrap_or(values.len()).min(values.len());
+    let Some(near) = asked.near else {
+        return 0..count;
+    };
+    let mut run = 0..values.len();
+    while run.len() > count {
+        match near - values[run.start] > values[run.end - 1] - near {
+            true => run.start += 1,
+            false => run.end -= 1,
+        }
+    }
+    run
 }
 
 impl Asked {
@@ -361,10 +401,13 @@ fn compared(asked: &Spectrum, a: &Found, b: &Found, row: OfSpectra) -> Result<Of
         Err(error) => return failed(row, error),
     };
     // A space at the end of a list may have further modes, which the code was not asked for.
-    let ends = [a, b].map(|of| (!of.goes_on).then_some(of.values.len() - 1));
+    let ends = [a, b].map(|of| {
+        let [low, high] = of.goes_on.map(|goes_on| !goes_on);
+        [low.then_some(0), high.then_some(of.values.len() - 1)]
+    });
     let mut told = Vec::new();
     for ((run, space), sine) in runs.iter().zip(&spaces).zip(sines) {
-        let is_cut = (0..2).any(|k| ends[k].is_some_and(|end| space[k].contains(&end)));
+        let is_cut = (0..2).any(|k| ends[k].iter().flatten().any(|end| space[k].contains(end)));
         let allowed = asked.angle.unwrap_or(f64::INFINITY);
         let is_far = sine.is_none_or(|sine| !(sine <= allowed));
         let [low, high] = [of_a[run.start], of_a[run.end - 1]];

@@ -112,6 +112,9 @@ impl Code {
     /// In words: why it has none.
     pub(super) fn write_system(&mut self) -> Result<(), String> {
         match self {
+            Code::Own(own) if own.problem.eigen.is_some() => {
+                Err("an eigenproblem has two matrices, and no linear system".into())
+            }
             Code::Own(own) if own.problem.time.is_some() => {
                 Err("a form with steps in time has no one linear system".into())
             }
@@ -256,6 +259,21 @@ impl Own {
         })?;
         let clock = Instant::now();
         let problem = with(&self.problem, task.parameters);
+        if problem.eigen.is_some() {
+            let (values, cells, fields) = own::Pencil::new(&problem, mesh)?.solve()?;
+            let seconds = clock.elapsed().as_secs_f64();
+            let write = |folder: &Path| {
+                save(&self.files, &cells, &fields, folder)?;
+                let Some(name) = &self.files.numbers else {
+                    return Ok(());
+                };
+                let rows = (1..)
+                    .zip(&values)
+                    .map(|(k, x): (usize, _)| format!("lambda{k},{x}\n"));
+                io::save(&folder.join(name), [rows.collect::<String>().as_bytes()])
+            };
+            return self.files.leave(how, how.keep.as_deref(), seconds, write);
+        }
         let solution = own::solve(&problem, mesh)?;
         let seconds = clock.elapsed().as_secs_f64();
         let (cells, fields) = own::output(&solution.assembler, &solution.u);

@@ -66,9 +66,10 @@ impl FormFile {
     pub fn read(path: &Path, method: &Method, n: Option<usize>) -> Result<Self> {
         let (reader, text) = Reader::open(path, method, &[])?;
         let file = reader.parse(&text).map_err(|e| reader.told(e))?;
-        if file.form.is_none() {
+        if !file.is_form() {
             let what = "there is no form".to_owned();
-            return Err(reader.refuse("the file", what, "add [form] with F = \"…\""));
+            let remedy = "add [form] with F = \"…\", or [eigen] with a, m and count";
+            return Err(reader.refuse("the file", what, remedy));
         }
         let (source, levels) = match file.mesh {
             Some(table) => reader.mesh(table)?,
@@ -230,6 +231,9 @@ impl Reader {
 
     /// What is compared: the unknowns where the file names no field.
     pub(super) fn asked_of(&self, form: &Problem, fields: &mut toml::Table) -> Result<()> {
+        if form.eigen.is_some() {
+            return Ok(());
+        }
         let unknowns = || form.unknowns.iter().map(|unknown| unknown.name.as_str());
         if let Some((name, _)) = fields
             .iter()
@@ -262,6 +266,11 @@ fn spelled() -> impl Iterator<Item = &'static str> {
     std::iter::once(OWN).chain(CODES.iter().map(|code| code.name))
 }
 
+/// The file of the eigenvalues of an eigenproblem.
+fn numbers(form: &Problem) -> Option<String> {
+    form.eigen.as_ref().map(|_| format!("{}.csv", form.name))
+}
+
 /// Our own solver.
 fn own(form: &Problem) -> Code {
     let files = Script {
@@ -271,7 +280,7 @@ fn own(form: &Problem) -> Code {
         home: ".".into(),
         mesh: None,
         results: vec![format!("{}.vtu", form.name)],
-        numbers: None,
+        numbers: numbers(form),
         system: None,
     };
     Code::Own(Box::new(Own::new(files, form.clone())))
@@ -286,7 +295,7 @@ fn written(form: &Problem, code: &'static Spelled) -> Code {
         home: ".".into(),
         mesh: Form::of_name(code.mesh.0),
         results: vec![format!("{}.vtu", form.name)],
-        numbers: None,
+        numbers: numbers(form),
         system: None,
     };
     let found = engine::Source::new(form, code).and_then(|source| {

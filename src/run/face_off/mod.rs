@@ -152,7 +152,7 @@ impl Asked {
 }
 
 /// What a scene has not.
-const KINDS: [&str; 3] = ["codes", "form", "elastic"];
+const KINDS: [&str; 4] = ["codes", "form", "eigen", "elastic"];
 
 /// Is this a scene of elasticity, by its name or file? What cannot be read is none.
 pub fn is_elastic(path: &Path) -> bool {

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::tables::{Reader, Several};
 use super::{Code, Same};
+use faceoff_form::Problem;
 use faceoff_mesh::error::Result;
 
 /// Eigenvalues, and perhaps modes, of all codes.
@@ -29,6 +30,8 @@ pub struct Spectrum {
     pub cluster: f64,
     /// How many of the lowest every code must have, without the kernel; none where all that codes have is compared.
     pub count: Option<usize>,
+    /// Of an eigenproblem: not the lowest but those that are nearest to this.
+    pub near: Option<f64>,
     /// Eigenvalues that are no larger than this, relative to the largest, are those of the kernel, and left out.
     pub kernel: Option<f64>,
     /// The lowest eigenvalues that are known.
@@ -62,6 +65,7 @@ struct Table {
     angle: Option<f64>,
     cluster: Option<f64>,
     count: Option<usize>,
+    near: Option<f64>,
     drop_kernel: Option<f64>,
     #[serde(default)]
     exact: Several<f64>,
@@ -69,6 +73,47 @@ struct Table {
 }
 
 impl Reader {
+    /// What `[eigen]` says already of the one spectrum that an eigenproblem has: the names in the scripts' results, how many, and near which number.
+    pub(super) fn spectra_of(&self, form: &Problem, spectra: &mut toml::Table) -> Result<()> {
+        let Some(eigen) = &form.eigen else {
+            let Some(name) = spectra.keys().next() else {
+                return Ok(());
+            };
+            let what = "the form is not an eigenproblem".to_owned();
+            let remedy =
+                "write [eigen] with a, m and count instead of [form], or leave the spectrum out";
+            return Err(self.refuse(&format!("spectra.{name}"), what, remedy));
+        };
+        if spectra.is_empty() {
+            spectra.insert("lambda".to_owned(), toml::Table::new().into());
+        }
+        if let Some(name) = spectra.keys().nth(1) {
+            let what = "an eigenproblem has one spectrum, and this is a second".to_owned();
+            return Err(self.refuse(&format!("spectra.{name}"), what, "keep one"));
+        }
+        let unknown = form.unknowns.first().map_or("u", |unknown| &unknown.name);
+        for (name, table) in spectra.iter_mut() {
+            let Some(table) = table.as_table_mut() else {
+                continue;
+            };
+            let given: [(&str, toml::Value); 5] = [
+                ("values", "lambda".into()),
+                ("modes", unknown.into()),
+                ("same", "discretisation".into()),
+                ("count", (eigen.count as i64).into()),
+                ("near", eigen.shift.into()),
+            ];
+            for (key, value) in given {
+                if table.contains_key(key) && key != "same" {
+                    let what = format!("{key} is what [eigen] and its scripts have");
+                    return Err(self.refuse(&format!("spectra.{name}"), what, "leave it out"));
+                }
+                table.entry(key).or_insert(value);
+            }
+        }
+        Ok(())
+    }
+
     /// A table under `[spectra]`.
     pub(super) fn spectrum(
         &self,
@@ -93,6 +138,9 @@ impl Reader {
                 format!("{bad} is not a tolerance"),
                 "give a number from 0 on",
             ));
+        }
+        if table.near.is_some_and(|near| !near.is_finite()) {
+            return Err(refuse("near is not finite".into(), "give a number"));
         }
         if table.count == Some(0) {
             return Err(refuse(
@@ -151,6 +199,7 @@ impl Reader {
             // Multiple eigenvalues split by rounding on one mesh, and by the error of discretisation on others.
             cluster: table.cluster.unwrap_or(if is_same { 1e-5 } else { 1e-2 }),
             count: table.count,
+            near: table.near,
             kernel: table.drop_kernel,
             exact,
             exact_rtol: table.exact_rtol,

@@ -41,7 +41,8 @@ pub(super) struct File {
     spectra: toml::Table,
     sweep: Option<toml::Value>,
     // Of a form, which is read by its own crate.
-    pub form: Option<toml::Value>,
+    form: Option<toml::Value>,
+    eigen: Option<toml::Value>,
     spaces: Option<toml::Value>,
     definitions: Option<toml::Value>,
     data: Option<toml::Value>,
@@ -49,6 +50,13 @@ pub(super) struct File {
     mean: Option<toml::Value>,
     time: Option<toml::Value>,
     initial: Option<toml::Value>,
+}
+
+impl File {
+    /// Is it of a weak form, which its own crate reads?
+    pub fn is_form(&self) -> bool {
+        self.form.is_some() || self.eigen.is_some()
+    }
 }
 
 #[derive(Deserialize)]
@@ -197,7 +205,7 @@ impl Reader {
             ("initial", &file.initial),
         ];
         match of_form.iter().find(|(_, table)| table.is_some()) {
-            Some((key, _)) if file.form.is_none() => {
+            Some((key, _)) if !file.is_form() => {
                 let what = "it belongs to a form, and there is none".to_owned();
                 Err(self.refuse(key, what, "add [form] with F = \"…\", or leave it out"))
             }
@@ -232,9 +240,9 @@ impl Reader {
             let remedy = "give one n, or as many as the parameter has values: they run together";
             self.refuse("parameters", what, remedy)
         })?;
-        let form = match file.form {
-            None => None,
-            Some(_) => Some(self.form(text, source.as_ref(), n.first().copied())?.0),
+        let form = match file.is_form() {
+            false => None,
+            true => Some(self.form(text, source.as_ref(), n.first().copied())?.0),
         };
         let mut codes = match &form {
             None => Vec::new(),
@@ -305,6 +313,9 @@ impl Reader {
             asked("fields", file.fields)?,
             asked("numbers", file.numbers)?,
         );
+        if let Some(form) = &form {
+            self.spectra_of(form, &mut file.spectra)?;
+        }
         let spectra = file.spectra.into_iter();
         let spectra = spectra.map(|(name, table)| self.spectrum(name, table, &codes));
         let spectra = spectra.collect::<Result<Vec<_>>>()?;

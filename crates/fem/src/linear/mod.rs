@@ -7,6 +7,7 @@ mod cholesky;
 mod csr;
 mod dense_lu;
 mod dissection;
+pub mod eigen;
 mod elements;
 mod embedded;
 mod factor;

@@ -33,6 +33,7 @@ pub const CODE: Code = Code {
         _ => Ok(()),
     },
     more,
+    has_eigen: true,
     ..USUAL
 };
 
@@ -46,7 +47,7 @@ pub const ELASTIC: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "logging CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md fixed hold element space spaces bcs solver \
+const RESERVED: &str = "SLEPc transformation eigenvalues modes mass M k logging CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md fixed hold element space spaces bcs solver \
     grad div curl dot inner outer cross sym skew dev tr det inv cofac transpose Identity jump avg conditional lt le gt ge max_value min_value \
     sin cos tan asin acos atan atan2 sinh cosh tanh exp ln sqrt sign as_tensor split graph old facet_tags cell_tags function at nodes cell rank w goal held before number rows scipy splu start volume wanted hold_whole normal tangential";
 
@@ -79,8 +80,14 @@ fn more(of: &mut Speaker<'_>) -> Value {
     let facets = facets.iter().filter(|(_, is_there)| *is_there);
     let facets: Vec<&str> = facets.map(|(name, _)| *name).collect();
     let texts = || problem.data.iter().flat_map(|datum| &datum.texts);
+    let mass = problem.eigen.iter().map(|eigen| eigen.mass.text.as_str());
     let form = problem.form.text.as_str();
-    let uses = |word: &str| texts().any(|text| text.contains(word)) || form.contains(word);
+    let both = std::iter::once(form)
+        .chain(mass.clone())
+        .collect::<Vec<_>>();
+    let uses = |word: &str| {
+        texts().any(|text| text.contains(word)) || both.iter().any(|form| form.contains(word))
+    };
     let values = held.iter().flat_map(|held| held.values.iter().copied());
     let nodes = problem.scalars.nodes_of(values);
     let is_angle = |id: &Id| matches!(problem.scalars.node(*id), Node::Call(Function::Atan2, ..));
@@ -101,14 +108,18 @@ fn more(of: &mut Speaker<'_>) -> Value {
         });
         parts.collect()
     });
-    let lines = form.lines().map(str::trim).filter(|line| !line.is_empty());
+    let form = |text: &str| {
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+        in_ufl(&lines.collect::<Vec<_>>().join("\n"))
+    };
     context! {
-        form => in_ufl(&lines.collect::<Vec<_>>().join("\n")),
+        form => form(both[0]),
+        mass => mass.map(form).collect::<Vec<String>>(),
         data => data.collect::<Vec<Vec<String>>>(),
         facets => facets,
         has_cofactors => uses("cofac"),
         has_flat_jumps => uses("jump") && problem.unknowns.iter().any(|u| u.space.element == Element::Broken(0)),
         has_angle => uses("atan2") || is_whole && nodes.iter().any(is_angle),
-        has_normal => is_whole || form.contains('n'),
+        has_normal => is_whole || both.iter().any(|form| form.contains('n')),
     }
 }

@@ -82,6 +82,8 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
         means => means(of),
         // None where nothing depends on time.
         time => time(of),
+        // None where F(u; v) = 0 is solved.
+        eigen => eigen(problem),
         has_diameter => problem.has_length(Length::Diameter),
         has_circumradius => problem.has_length(Length::Circumradius),
         has_facet_length => problem.has_length(Length::Facet),
@@ -213,6 +215,7 @@ pub fn over(of: &Speaker<'_>, integral: &Integral) -> Value {
             Domain::Interior => "dS",
         },
         title => comment(&measure(problem, &integral.measure)),
+        is_mass => integral.is_mass,
         tags => tags(&integral.measure.groups),
         // Those of the whole boundary too, where a code integrates over all facets otherwise.
         named => tags(&problem.named(&integral.measure)),
@@ -395,6 +398,15 @@ fn scheme(of: &Speaker<'_>) -> Result<Option<Value>, String> {
         friction => datum("friction"),
         coulomb => datum("coulomb"),
     }))
+}
+
+/// What an eigenproblem asks: how many eigenvalues scripts find, near which number, and m as it was written.
+fn eigen(problem: &Problem) -> Option<Value> {
+    let eigen = problem.eigen.as_ref()?;
+    let lines = eigen.mass.source.lines().map(str::trim);
+    let lines = lines.filter(|line| !line.is_empty()).map(comment);
+    let shift = format!("{:?}", eigen.shift);
+    Some(context! { count => eigen.found(), shift, mass => lines.collect::<Value>() })
 }
 
 /// The cells of the mesh.

@@ -123,6 +123,9 @@ impl Code {
         if self.name == nutils::CODE.name {
             return Err("scripts for nutils write no linear system".into());
         }
+        if problem.eigen.is_some() {
+            return Err("an eigenproblem has two matrices, and no linear system".into());
+        }
         if problem.time.is_some() {
             return Err("a form with steps in time has no one linear system".into());
         }
@@ -149,6 +152,17 @@ impl Code {
         mesh: &str,
         has_system: bool,
     ) -> std::result::Result<String, String> {
+        if problem.eigen.is_some() && !self.has_eigen {
+            let names = CODES
+                .iter()
+                .filter(|code| code.has_eigen)
+                .map(|code| code.name);
+            let names = names.collect::<Vec<_>>().join(", ");
+            return Err(format!(
+                "scripts for {} solve no eigenproblems, only those for {names}",
+                self.name
+            ));
+        }
         (self.lacks)(problem)?;
         let fields = fields::fields(&mut Speaker::new(self, problem), mesh, has_system)?;
         let mut script = frame::fill(self.name, fields)?;

@@ -44,11 +44,12 @@ pub const CODE: Code = Code {
     element,
     sharing: Sharing::Own,
     more,
+    has_eigen: true,
     ..USUAL
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "a b dofs name object skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
+const RESERVED: &str = "eigsh start at_nodes a b dofs name object skfem mesh here element basis w rule facet_rule nodes at boundary fixed diameter splu bases values total free facets_of \
     BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held hold found given residual derivative scipy asm sides other number goal before bent part rows wanted hold_whole of_element";
 
 fn element(problem: &Problem, space: Space) -> Result<String, String> {
@@ -125,6 +126,7 @@ fn forms(of: &Speaker<'_>, k: usize, integral: &Integral, by: &Bilinear) -> Vec<
             if !products.is_empty() {
                 all.push(context! {
                     integral => k,
+                    is_mass => integral.is_mass,
                     is_residual => trial.is_none(),
                     test => mark(*test),
                     trial => trial.map(mark),

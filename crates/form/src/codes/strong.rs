@@ -64,6 +64,9 @@ fn plain_end(problem: &Problem, node: Node) -> String {
 
 /// The equations in the domain and on the boundary that integration by parts gives; those that do not fit on a line are left out.
 pub fn strong_form(problem: &Problem) -> Vec<String> {
+    if problem.eigen.is_some() {
+        return Vec::new();
+    }
     let problem = &mut problem.clone();
     let integrals = problem.residual();
     let [mut cells, mut rest] = [Vec::new(), Vec::new()];

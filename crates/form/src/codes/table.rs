@@ -58,6 +58,8 @@ pub struct Code {
     pub(super) sharing: Sharing,
     /// The coordinates in functions of NumPy's arrays, and what follows the name of a parameter there.
     pub(super) points: ([&'static str; 3], &'static str),
+    /// Do its scripts solve eigenproblems?
+    pub(super) has_eigen: bool,
     /// What else the code lacks for a problem.
     pub(super) lacks: fn(&Problem) -> Result<(), String>,
     /// What else its template is filled with.

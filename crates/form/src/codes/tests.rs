@@ -63,6 +63,24 @@ qqr = { left = [0, 1] }
 qqe = { left = [0, 1] }
 "#;
 
+/// An eigenproblem with data, a boundary term and a hold of either kind.
+const MODES: &str = r#"
+name = "words"
+[spaces]
+qqu = "SPACE"
+[parameters]
+qqk = 2.0
+[data]
+qqg = { expr = "exp(x)", space = "P2" }
+[eigen]
+a = "qqk*inner(grad(qqu), grad(v))*dx + qqg*dot(qqu, v)*dx + dot(qqu, v)*ds(left)"
+m = "qqk*dot(qqu, v)*dx"
+count = 3
+shift = -1
+[dirichlet]
+right = [0, 0]
+"#;
+
 /// Words of a script outside of comments and texts, but for members and names of arguments.
 fn words(script: &str, is_python: bool) -> BTreeSet<String> {
     let mut plain = String::new();
@@ -140,7 +158,7 @@ const BUILTINS: [&str; 18] = [
 ];
 
 /// The forms with all that a template may need, in 2D and 3D, with and without spaces of vectors.
-fn forms() -> [(String, Mesh); 5] {
+fn forms() -> [(String, Mesh); 7] {
     let cube = FORM
         .replace("Identity(2)", "Identity(3)")
         .replace("[0, \"x\"]", "[0, \"x\", 0]")
@@ -163,8 +181,10 @@ fn forms() -> [(String, Mesh); 5] {
         (FORM.to_owned(), square.clone()),
         (cube, cube_mesh.clone()),
         (without, square.clone()),
-        (plane, square),
+        (plane, square.clone()),
         (solid, cube_mesh),
+        (MODES.replace("SPACE", "P2^2"), square.clone()),
+        (MODES.replace("SPACE", "N1curl"), square),
     ]
 }
 
@@ -176,6 +196,7 @@ fn words_of_scripts_are_reserved() {
             Problem::parse(Path::new("words.toml"), &form, &mesh).unwrap_or_else(|e| panic!("{e}"));
         for code in &CODES {
             let is_lacking = match code.name {
+                "getfem" | "nutils" | "mfem" if form.contains("[eigen]") => true,
                 "nutils" => form.contains("RT0"),
                 "mfem" => form.contains("RT0") || form.contains("grad(grad("),
                 _ => false,
@@ -184,9 +205,9 @@ fn words_of_scripts_are_reserved() {
                 assert!(is_lacking, "{}", code.name);
                 continue;
             };
-            // The time and its step are parameters.
+            // The time and its step are parameters, and v is the test function of an only unknown.
             let own = |word: &String| {
-                word.contains("qq") || ["t", "dt"].contains(&word.trim_end_matches('_'))
+                word.contains("qq") || ["t", "dt", "v"].contains(&word.trim_end_matches('_'))
             };
             let known: BTreeSet<&str> = reserved(code).collect();
             let stem = |word: &str| {

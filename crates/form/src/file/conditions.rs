@@ -182,8 +182,10 @@ impl<'a> File<'a> {
                     .conditions
                     .iter()
                     .any(|c| c.unknown == k && c.component == component);
+                // What an eigenproblem leaves free has the eigenvalue 0.
+                let may_be_free = problem.eigen.is_some();
                 let is_free = unknown.space.size.is_some() && (is_whole || !is_held);
-                if is_free && of_it.all(|leaf| leaf.axis.is_some()) {
+                if is_free && !may_be_free && of_it.all(|leaf| leaf.axis.is_some()) {
                     let what = format!(
                         "nothing holds {name}{of}: F depends on its derivatives only, so that {} is free",
                         if is_whole { "much of it" } else { "a constant" }
@@ -199,7 +201,10 @@ impl<'a> File<'a> {
             }
         }
         self.check_start(problem, at)?;
-        self.check_constants(problem, at, unmarked)
+        match problem.eigen {
+            Some(_) => Ok(()),
+            None => self.check_constants(problem, at, unmarked),
+        }
     }
 
     /// Is every scalar known without a constant that could be added, and no mean given where none is free?

@@ -1,6 +1,7 @@
 //! Form files: TOML to a checked [`Problem`], with the place of every fault.
 
 mod conditions;
+mod eigen;
 mod mesh;
 #[cfg(test)]
 mod tests;
@@ -17,7 +18,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::grid::Cells;
 use crate::language::{Definition, Fault, Formula, Names, Reader, WORDS};
-use crate::problem::{Datum, Element, Parameter, Problem, Space, Unknown};
+use crate::problem::{Datum, Element, Integral, Parameter, Problem, Space, Unknown};
 use crate::scalar::Scalars;
 
 use mesh::Marks;
@@ -41,7 +42,10 @@ impl Problem {
 
 /// Is this the text of a form rather than of a scene or of codes?
 pub fn is_form(text: &str) -> bool {
-    DeTable::parse(text).is_ok_and(|table| table.get_ref().contains_key("form"))
+    DeTable::parse(text).is_ok_and(|table| {
+        let keys = table.get_ref();
+        keys.contains_key("form") || keys.contains_key("eigen")
+    })
 }
 
 struct File<'a> {
@@ -194,7 +198,7 @@ impl<'a> File<'a> {
     }
 
     fn read(&self, tables: Vec<Entry<'a>>, mesh: &Mesh) -> Result<Problem> {
-        const KEYS: [&str; 16] = [
+        const KEYS: [&str; 18] = [
             "name",
             "about",
             "mesh",
@@ -203,6 +207,7 @@ impl<'a> File<'a> {
             "definitions",
             "data",
             "form",
+            "eigen",
             "dirichlet",
             "mean",
             "time",
@@ -210,6 +215,7 @@ impl<'a> File<'a> {
             "codes",
             "fields",
             "numbers",
+            "spectra",
             "sweep",
         ];
         let names = KEYS.join(", ");
@@ -246,8 +252,27 @@ impl<'a> File<'a> {
             Some(entry) => self.data(entry, (cells, dim), &parameters, &mut taken, &mut scalars)?,
             None => Vec::new(),
         };
-        let form = self.entries(need("form")?.value, "form")?;
-        self.known(&form, &["F", "degree", "facet_degree"])?;
+        let (table, key) = match (find("form"), find("eigen")) {
+            (Some(_), Some(both)) => {
+                let what = "there are [form] and [eigen]";
+                let remedy = "keep one: F(u; v) = 0 is solved, or a(u, v) = λ m(u, v)";
+                return Err(self.refuse(both.place.start, what, remedy));
+            }
+            (None, Some(eigen)) => (eigen, "a"),
+            _ => (need("form")?, "F"),
+        };
+        let form = self.entries(table.value, table.key)?;
+        let given = match key {
+            "a" => {
+                let keys = ["a", "m", "count", "shift", "degree", "facet_degree"];
+                self.known(&form, &keys)?;
+                Some(self.eigen(table, &form)?)
+            }
+            _ => {
+                self.known(&form, &["F", "degree", "facet_degree"])?;
+                None
+            }
+        };
         let of_form = |key: &str| form.iter().find(|entry| entry.key == key);
         let degree = |key: &str, most: usize| {
             of_form(key).map_or(Ok(5), |entry| self.integer(entry.value, most))
@@ -256,30 +281,38 @@ impl<'a> File<'a> {
             degree("degree", cells.most_degree(dim))?,
             degree("facet_degree", cells.most_degree(dim - 1))?,
         ];
-        let Some(entry) = of_form("F") else {
-            let at = need("form")?.place.start;
-            return Err(self.refuse(
-                at,
-                "the form has no F",
-                "add F = \"…\": F(u; v) = 0 is solved",
-            ));
+        let Some(entry) = of_form(key) else {
+            let remedy = match key {
+                "a" => "add a = \"…\", as in a = \"inner(grad(u), grad(v))*dx\"",
+                _ => "add F = \"…\": F(u; v) = 0 is solved",
+            };
+            let what = format!("[{}] has no {key}", table.key);
+            return Err(self.refuse(table.place.start, what, remedy));
         };
         let form = self.formula(entry.value)?;
-        let names = Names {
-            dim,
-            cells,
-            unknowns: &unknowns,
-            parameters: &parameters,
-            data: &data,
-            groups: &groups,
-            unmarked,
-            is_timed: time.is_some(),
-        };
-        let mut integrals = Reader::new(names, &mut scalars)
-            .form(&form.term)
-            .map_err(|fault| self.fault_in(entry.value, &form, fault))?;
-        for integral in &mut integrals {
-            integral.at = form.place(integral.at);
+        let mut integrals = Vec::new();
+        let mass = given
+            .iter()
+            .map(|given| (given.mass, &given.eigen.mass, true));
+        for (value, formula, is_mass) in [(entry.value, &form, false)].into_iter().chain(mass) {
+            let names = Names {
+                dim,
+                cells,
+                unknowns: &unknowns,
+                parameters: &parameters,
+                data: &data,
+                groups: &groups,
+                unmarked,
+                is_timed: time.is_some(),
+            };
+            let found = Reader::new(names, &mut scalars)
+                .form(&formula.term)
+                .map_err(|fault| self.fault_in(value, formula, fault))?;
+            integrals.extend(found.into_iter().map(|integral| Integral {
+                at: formula.place(integral.at),
+                is_mass,
+                ..integral
+            }));
         }
         let mut problem = Problem {
             name,
@@ -297,6 +330,7 @@ impl<'a> File<'a> {
             conditions: Vec::new(),
             means: Vec::new(),
             time,
+            eigen: given.as_ref().map(|given| given.eigen.clone()),
             degree,
             facet_degree,
             definitions: self.definitions.clone(),
@@ -312,6 +346,9 @@ impl<'a> File<'a> {
         }
         if let Some(entry) = find("mean") {
             self.means(entry, &mut problem, unmarked)?;
+        }
+        if let Some(given) = &given {
+            self.check_eigen(&tables, &mut problem, entry.value, given)?;
         }
         self.check(&mut problem, entry.value, unmarked)?;
         Ok(problem)

@@ -551,6 +551,7 @@ fn added(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
             },
             terms: terms.collect(),
             at: 0,
+            is_mass: false,
         }
     };
     let integral = product(None);

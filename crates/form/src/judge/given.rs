@@ -394,5 +394,6 @@ fn penalty(problem: &mut Problem, condition: &Condition, is_over_h: bool) -> Int
         },
         terms: [(leaf(Field::Test(*unknown)), value)].into_iter().collect(),
         at: 0,
+        is_mass: false,
     }
 }

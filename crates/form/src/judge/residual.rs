@@ -45,6 +45,15 @@ impl<'a> Residual<'a> {
                 "compare it with that of another code: faceoff verify",
             ));
         }
+        if problem.eigen.is_some() {
+            return Err(Error::usage(
+                format!(
+                    "{} is an eigenproblem, and a result says nothing of its eigenvalues",
+                    problem.name
+                ),
+                "compare it with that of another code: faceoff verify",
+            ));
+        }
         let assembler = Assembler::of(problem, source, &problem.integrals, true)?;
         let u = read(&assembler, result, unit)?;
         Residual::of(problem, source, assembler, u)

@@ -98,6 +98,7 @@ impl Reader<'_> {
             measure,
             terms,
             at: term.start,
+            is_mass: false,
         })
     }
 

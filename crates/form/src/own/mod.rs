@@ -6,6 +6,7 @@
 mod assemble;
 mod batch;
 mod dofs;
+mod eigen;
 mod element;
 mod functional;
 mod held;
@@ -24,6 +25,7 @@ pub use assemble::{Assembler, System, Wanted};
 pub use batch::State;
 pub(crate) use dofs::is_on_facet;
 pub use dofs::{Dofs, Pattern};
+pub use eigen::{Pair, Pencil};
 pub(crate) use element::Shape;
 pub use functional::Functionals;
 pub use held::{Held, held};

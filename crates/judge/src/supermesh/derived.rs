@@ -16,8 +16,8 @@ use faceoff_mesh::field::{ResultField, Results};
 /// Of functions that are linear on triangles or tetrahedra, as those of RT0, BDM1 and N1curl are, both are constant on each cell. In
 /// the plane the curl is the scalar ∂v₁/∂x - ∂v₀/∂y.
 ///
-/// `RT0(q)` and `N1curl(q)` are the vector fields whose moments on facets or edges are the column q of a table, the rows of which have the
-/// numbers of vertices of `mesh`. It takes the place of the table.
+/// `RT0(q)` and `N1curl(q)` are the vector fields whose moments on facets or edges are the column q of a table, `BDM1(q)` that with the columns
+/// q0, q1 and in space q2; its rows have the numbers of vertices of `mesh`. It takes the place of the table.
 ///
 /// # Errors
 /// A field that has no divergence or curl here, as on cells whose map is not affine; a table that is not that of the moments of a function;
@@ -42,7 +42,7 @@ pub fn derive(side: &mut Results, name: &str, mesh: Option<&Results>) -> Result<
         remedy: remedy.into(),
     };
     if let Some((element, of)) = Element::named(name) {
-        if !side.has(of) {
+        if !element.columns(of, 2).iter().all(|column| side.has(column)) {
             return Ok(false);
         }
         let Some(mesh) = mesh else {

@@ -1,4 +1,4 @@
-//! Functions of RT0 and N1curl from their moments on facets and edges, as a table keyed by vertices has them.
+//! Functions of RT0, BDM1 and N1curl from their moments on facets and edges, as a table keyed by vertices has them.
 
 use std::collections::HashMap;
 
@@ -10,21 +10,24 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::{ResultField, Results, Unread};
 
-/// An element whose functions follow from one number per facet or edge.
+/// An element whose functions follow from numbers of each facet or edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Element {
     /// The flux through each facet: in the plane from left to right of the edge from its lower to its higher vertex number; in space along
     /// (b - a) × (c - a) for vertices a < b < c.
     RaviartThomas,
+    /// The same flux, weighted by the barycentric coordinate of each vertex of the facet, the vertex with the lowest number first.
+    BrezziDouglasMarini,
     /// The integral of the tangential component along each edge, from its lower to its higher vertex number.
     Nedelec,
 }
 
 impl Element {
-    /// `RT0(q)` is the function of RT0 with the column q.
+    /// `RT0(q)` is the function of RT0 with the column q, `BDM1(q)` that of BDM1 with the columns q0, q1 and in space q2.
     pub fn named(name: &str) -> Option<(Self, &str)> {
         let all = [
             ("RT0(", Element::RaviartThomas),
+            ("BDM1(", Element::BrezziDouglasMarini),
             ("N1curl(", Element::Nedelec),
         ];
         all.into_iter().find_map(|(start, element)| {
@@ -32,10 +35,18 @@ impl Element {
         })
     }
 
+    /// The columns that its moments are in, in a table whose rows have so many vertices.
+    pub fn columns(self, name: &str, width: usize) -> Vec<String> {
+        match self {
+            Element::BrezziDouglasMarini => (0..width).map(|k| format!("{name}{k}")).collect(),
+            _ => vec![name.to_owned()],
+        }
+    }
+
     /// The corners of each facet or edge of a simplex, by their positions in it.
     fn carriers(self, dim: usize) -> Vec<Vec<usize>> {
         match self {
-            Element::RaviartThomas => (0..=dim)
+            Element::RaviartThomas | Element::BrezziDouglasMarini => (0..=dim)
                 .map(|i| (0..=dim).filter(|j| *j != i).collect())
                 .collect(),
             Element::Nedelec => (0..=dim)
@@ -81,17 +92,26 @@ pub(super) fn function(
         let columns = &["v0", "v1", "v2"][..width.min(3)];
         return refuse(format!("its rows are not keyed by {}", columns.join(",")));
     }
-    let mut named = table.on_cells.iter().filter(|field| field.name == name);
-    let (Some(field), None) = (named.next(), named.next()) else {
-        return refuse("it is not one column".into());
-    };
-    if field.at.is_some() || field.components != 1 {
-        return refuse("some rows have no value".into());
+    let names = element.columns(name, width);
+    let mut columns = Vec::with_capacity(names.len());
+    for name in &names {
+        let mut named = table.on_cells.iter().filter(|field| field.name == *name);
+        let (Some(field), None) = (named.next(), named.next()) else {
+            return refuse(match names.len() {
+                1 => "it is not one column".into(),
+                _ => format!("its columns are not {}", names.join(", ")),
+            });
+        };
+        if field.at.is_some() || field.components != 1 {
+            return refuse("some rows have no value".into());
+        }
+        columns.push(field);
     }
+    let field = columns[0];
     let mut rows = HashMap::with_capacity(table.cell_count());
     for row in 0..table.cell_count() {
         let of = key(table.cell(row));
-        if rows.insert(of, (field.values[row], false)).is_some() {
+        if rows.insert(of, (row, false)).is_some() {
             return refuse(format!("vertices {:?} have two rows", &of[..width]));
         }
     }
@@ -111,7 +131,7 @@ pub(super) fn function(
         let mut at = vec![[0.0; 3]; dim + 1];
         for carrier in &carriers {
             let of = key(carrier.iter().map(|k| vertices[*k]));
-            let Some((moment, is_used)) = rows.get_mut(&of) else {
+            let Some((row, is_used)) = rows.get_mut(&of) else {
                 return refuse(format!(
                     "vertices {:?} of cell {} have no row",
                     &of[..width],
@@ -119,17 +139,18 @@ pub(super) fn function(
                 ));
             };
             *is_used = true;
+            let moments: Vec<f64> = columns.iter().map(|column| column.values[*row]).collect();
             let mut ends = carrier.clone();
             ends.sort_unstable_by_key(|k| vertices[*k]);
             if element == Element::Nedelec {
                 let [a, b] = [ends[0], ends[1]];
                 for k in 0..3 {
-                    at[a][k] += *moment * gradients[b][k];
-                    at[b][k] -= *moment * gradients[a][k];
+                    at[a][k] += moments[0] * gradients[b][k];
+                    at[b][k] -= moments[0] * gradients[a][k];
                 }
                 continue;
             }
-            // f (x - x_i) / (d |K|), f outward; ∇λ_i points inward.
+            // f (x - x_i) / (d |K|), f outward; ∇λ_i points inward. At a vertex f is |F| times the normal component there.
             let opposite = (0..=dim).find(|k| !carrier.contains(k)).unwrap_or_default();
             let along = subtract(&x[ends[1]], &x[ends[0]]);
             let normal = match dim {
@@ -137,11 +158,10 @@ pub(super) fn function(
                 _ => cross(&along, &subtract(&x[ends[2]], &x[ends[0]])),
             };
             let inward = dot(&normal, &gradients[opposite]);
-            let factor =
-                -*moment * inward.signum() / (dim as f64 * domain.piece_measure(piece).abs());
-            for (at, x_j) in at.iter_mut().zip(&x) {
-                let away = subtract(x_j, &x[opposite]);
-                (0..3).for_each(|k| at[k] += factor * away[k]);
+            let factor = -inward.signum() / (dim as f64 * domain.piece_measure(piece).abs());
+            for (corner, flux) in ends.iter().zip(at_vertices(&moments, dim)) {
+                let away = subtract(&x[*corner], &x[opposite]);
+                (0..3).for_each(|k| at[*corner][k] += factor * flux * away[k]);
             }
         }
         points.extend(corners.iter().map(|point| mesh.points[*point as usize]));
@@ -155,7 +175,8 @@ pub(super) fn function(
         ));
     }
     // What else the table has is not on this mesh, and must not be lost in silence, by whatever name it is asked for.
-    let others = table.on_cells.iter().filter(|other| other.name != name);
+    let others = table.on_cells.iter();
+    let others = others.filter(|other| !names.contains(&other.name));
     let others = others.flat_map(|other| {
         let other = &other.name;
         let what =
@@ -163,6 +184,7 @@ pub(super) fn function(
         [
             other.clone(),
             format!("RT0({other})"),
+            format!("BDM1({other})"),
             format!("N1curl({other})"),
         ]
         .map(|name| Unread::new(name, what.clone()))
@@ -176,6 +198,7 @@ pub(super) fn function(
         points: points.into(),
         kinds,
         on_points: vec![ResultField {
+            name: name.to_owned(),
             components: dim,
             values: values.into(),
             ..field.clone()
@@ -184,6 +207,19 @@ pub(super) fn function(
         unread: table.unread.iter().cloned().chain(others).collect(),
         ..Results::default()
     }))
+}
+
+/// |F| times the normal component at each vertex of a facet in so many dimensions, the vertex with the lowest number first: one moment is the
+/// flux of a constant, several are those of a linear function, ∫ λ_i λ_j = |F| (1 + δ_ij) / (d (d + 1)).
+fn at_vertices(moments: &[f64], dim: usize) -> Vec<f64> {
+    match moments {
+        [flux] => vec![*flux; dim],
+        _ => {
+            let d = dim as f64;
+            let part = moments.iter().sum::<f64>() / (d + 1.0);
+            moments.iter().map(|m| d * (d + 1.0) * (m - part)).collect()
+        }
+    }
 }
 
 #[cfg(test)]
@@ -233,31 +269,44 @@ mod tests {
         rows.sort();
         rows.dedup();
         let u = value(dim, element);
-        // Of a linear function: the value in the middle times the direction.
-        let moment = |of: &Vec<u32>| {
+        // Of a linear function: the value in the middle times the direction. Weighted by a barycentric coordinate, the integral of which is the d-th
+        // part: the value in the middle of the weight, which has (2, 1, …) / (d + 1).
+        let moment = |of: &Vec<u32>, vertex: usize| {
             let x: Vec<[f64; 3]> = of.iter().map(|p| points[*p as usize]).collect();
-            let middle = [0, 1, 2].map(|k| x.iter().map(|x| x[k]).sum::<f64>() / x.len() as f64);
+            let is_weighted = element == Element::BrezziDouglasMarini;
+            let weight = |i: usize| 1.0 + f64::from(u8::from(is_weighted && i == vertex));
+            let all: f64 = (0..x.len()).map(weight).sum();
+            let middle = [0, 1, 2].map(|k| {
+                let each = x.iter().enumerate().map(|(i, x)| weight(i) * x[k]);
+                each.sum::<f64>() / all
+            });
+            let share = if is_weighted { 1.0 / dim as f64 } else { 1.0 };
             let along = subtract(&x[1], &x[0]);
             let direction = match (element, dim) {
                 (Element::Nedelec, _) => along,
                 (_, 2) => [along[1], -along[0], 0.0],
                 _ => cross(&along, &subtract(&x[2], &x[0])).map(|n| 0.5 * n),
             };
-            dot(&u(&middle), &direction)
+            share * dot(&u(&middle), &direction)
         };
         let table = Results {
             source: "q.csv".into(),
             space: 2,
             width: rows[0].len(),
-            on_cells: vec![ResultField {
-                name: "q".into(),
-                components: 1,
-                values: rows.iter().map(moment).collect(),
-                rest: None,
-                at: None,
-                scaled_by: None,
-                single: false,
-            }],
+            on_cells: element
+                .columns("q", rows[0].len())
+                .into_iter()
+                .enumerate()
+                .map(|(k, name)| ResultField {
+                    name,
+                    components: 1,
+                    values: rows.iter().map(|of| moment(of, k)).collect(),
+                    rest: None,
+                    at: None,
+                    scaled_by: None,
+                    single: false,
+                })
+                .collect(),
             // The order in a row says nothing.
             cells: rows
                 .iter()
@@ -271,6 +320,11 @@ mod tests {
     fn value(dim: usize, element: Element) -> impl Fn(&[f64; 3]) -> [f64; 3] {
         move |x| {
             let mut v = match element {
+                Element::BrezziDouglasMarini => [
+                    0.7 + 2.0 * x[0] - x[1],
+                    -0.2 + x[0] + 5.0 * x[1] + 0.5 * x[2],
+                    0.4 - x[0] + 3.0 * x[2],
+                ],
                 Element::RaviartThomas => [0.7 + 2.0 * x[0], -0.2 + 2.0 * x[1], 0.4 + 2.0 * x[2]],
                 Element::Nedelec if dim == 2 => [0.7 - 3.0 * x[1], -0.2 + 3.0 * x[0], 0.0],
                 Element::Nedelec => {
@@ -285,10 +339,14 @@ mod tests {
 
     #[test]
     fn functions_follow_from_their_moments() {
-        for (dim, element) in [2, 3]
-            .into_iter()
-            .flat_map(|dim| [Element::RaviartThomas, Element::Nedelec].map(|of| (dim, of)))
-        {
+        for (dim, element) in [2, 3].into_iter().flat_map(|dim| {
+            [
+                Element::RaviartThomas,
+                Element::BrezziDouglasMarini,
+                Element::Nedelec,
+            ]
+            .map(|of| (dim, of))
+        }) {
             let (table, mesh) = given(dim, element);
             let found = function(&table, &mesh, element, "q").unwrap().unwrap();
             let u = value(dim, element);
@@ -301,6 +359,8 @@ mod tests {
                 );
             }
             let (name, operator, exact) = match (element, dim) {
+                (Element::BrezziDouglasMarini, 2) => ("BDM1(q)", "div", vec![7.0]),
+                (Element::BrezziDouglasMarini, _) => ("BDM1(q)", "div", vec![10.0]),
                 (Element::RaviartThomas, 2) => ("RT0(q)", "div", vec![4.0]),
                 (Element::RaviartThomas, _) => ("RT0(q)", "div", vec![6.0]),
                 (Element::Nedelec, 2) => ("N1curl(q)", "curl", vec![6.0]),

@@ -20,6 +20,9 @@ from dolfinx import fem, graph, io
 from dolfinx.fem import petsc
 from mpi4py import MPI
 from petsc4py import PETSc
+{% if eigen %}
+from slepc4py import SLEPc
+{% endif %}
 from ufl import (
     CellDiameter, FacetNormal, Identity, Measure, SpatialCoordinate, TestFunction, TestFunctions, acos, as_tensor, asin, atan, avg,
     conditional, cos, cosh, cross, curl, derivative, det, dev, div, dot, exp, ge, grad, gt, inner, inv, jump, le, ln, lt, max_value,
@@ -157,7 +160,7 @@ facet_length = sqrt({{ squares[0] if dim == 2 else "max_value(max_value(" ~ squa
 
 {% if unknowns|length == 1 %}
 V = space(mesh, {{ unknowns[0].element }})
-{{ total }} = fem.Function(V)
+{{ total }} = {{ "ufl.TrialFunction(V)" if eigen else "fem.Function(V)" }}
 {{ unknowns[0].test }} = TestFunction(V)
 {% if time %}
 {{ unknowns[0].old }} = before = fem.Function(V)
@@ -173,6 +176,14 @@ before = fem.Function(V)
 {{ unknowns|map(attribute="old")|join(", ") }} = ufl.split(before)
 {% endif %}
 {% endif %}
+{% if eigen %}
+J = (
+    {{ more.form|indent(4) }}
+)
+mass = (
+    {{ more.mass[0]|indent(4) }}
+)
+{% else %}
 {% if scheme %}
 
 
@@ -189,6 +200,7 @@ F = (
 )
 {% endif %}
 J = derivative(F, {{ total }})
+{% endif %}
 
 # Dirichlet values; where two groups share a dof, the later one counts.
 fixed, goal = [], fem.Function(V)
@@ -239,9 +251,10 @@ rows = np.array([{% for mean in means %}petsc.assemble_vector(fem.form({{ mean.t
 volume = fem.assemble_scalar(fem.form(fem.Constant(mesh, PETSc.ScalarType(1.0))*dx))
 wanted = volume*np.array([{{ means|map(attribute="value")|join(", ") }}])
 {% endif %}
+{% if not eigen %}
 F, J = fem.form(F), fem.form(J)
-{% set solve %}
-fixed.clear()
+{% endif %}
+{% set hold %}
 {% for one in held %}
 {% if not one.is_whole %}
 hold({{ part(one.unknown, one.component) }}, {{ one.tag }}, lambda x: {{ one.values[0].at_points }})
@@ -252,6 +265,10 @@ hold_whole({{ part(one.unknown, none) }}, {{ one.tag }}, {{ one.trace }}, as_ten
 {% endif %}
 {% endfor %}
 held = np.unique(np.concatenate([*fixed, []])).astype(np.int32)
+{% endset %}
+{% set solve %}
+fixed.clear()
+{{ hold }}
 
 {% call newton("abs(d.array).max()", "abs(" ~ total ~ ".x.array).max()") %}
 A = petsc.assemble_matrix(J)
@@ -321,7 +338,37 @@ describe("{{ u.title }}", {{ part(loop.index0, none) }})
 {{ total }}.x.array[:] = state(at_dofs, directions)
 {% endif %}
 {% endif %}
-{% if not time %}
+{% if eigen %}
+
+{{ hold }}
+
+# The equations of free dofs, so that those that are held are no modes.
+free = PETSc.IS().createGeneral(np.setdiff1d(np.arange(len(goal.x.array)), held).astype(np.int32))
+A, M = (petsc.assemble_matrix(fem.form(form)) for form in (J, mass))
+A.assemble()
+M.assemble()
+A, M = A.createSubMatrix(free, free), M.createSubMatrix(free, free)
+solver = SLEPc.EPS().create(mesh.comm)
+solver.setOperators(A, M)
+solver.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+solver.setTarget({{ eigen.shift }})
+solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+solver.setDimensions({{ eigen.count }}, min({{ 4*eigen.count + 20 }}, free.getSize()))
+solver.setTolerances(1e-14, 1000)
+transformation = solver.getST()
+transformation.setType(SLEPc.ST.Type.SINVERT)
+transformation.getKSP().setType("preonly")
+transformation.getKSP().getPC().setType("lu")
+transformation.getKSP().getPC().setFactorSolverType("mumps")
+solver.solve()
+if solver.getConverged() < {{ eigen.count }}:
+    sys.exit(f"Only {solver.getConverged()} eigenvalues converged.")
+modes, eigenvalues, found = [], [], A.createVecRight()
+for k in range({{ eigen.count }}):
+    eigenvalues.append(float(solver.getEigenpair(k, found).real))
+    modes.append(fem.Function(V))
+    modes[-1].x.array[free.getIndices()] = found.array
+{% elif not time %}
 
 {{ solve }}
 {%- else %}
@@ -372,4 +419,10 @@ write_system(*system, is_held, goal.x.array, {{ total ~ ".x.array, " if not has_
 
 {% endif %}
 {% include "write_vtu.py" %}
+{% if eigen %}
+write_vtu(writes, at, {f"{{ unknowns[0].title }}{k + 1}": values(mode) for k, mode in enumerate(modes)})
+lines = [f"lambda{k + 1},{float(value)!r}\n" for k, value in enumerate(eigenvalues)]
+Path(writes).with_suffix(".csv").write_text("".join(lines))
+{% else %}
 write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ u.name }}){{ ", " if not loop.last }}{% endfor -%} })
+{% endif %}

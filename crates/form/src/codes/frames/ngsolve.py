@@ -33,7 +33,7 @@ dx(skeleton=True, {% if names %}definedonelements=between("{{ names|replace("|",
 {% include "head.py" %}
 import netgen.meshing as netgen
 import ngsolve
-{% if has_system %}
+{% if has_system or eigen %}
 import scipy.sparse
 import scipy.sparse.linalg
 {% endif %}
@@ -148,6 +148,9 @@ before = ngsolve.GridFunction(V)
 {% endfor %}
 {% endif %}
 a = ngsolve.BilinearForm(V)
+{% if eigen %}
+mass = ngsolve.BilinearForm(V)
+{% endif %}
 {% if by_hand %}
 b = ngsolve.BilinearForm(V)
 {% endif %}
@@ -155,7 +158,7 @@ b = ngsolve.BilinearForm(V)
 {{ each.name }} = {{ each.value }}
 {% endfor %}
 {% for integral in integrals %}
-{{ add("b" if integral.by_hand else "a", integral, integral.terms) }}
+{{ add("mass" if integral.is_mass else "b" if integral.by_hand else "a", integral, integral.terms) }}
 {%- endfor %}
 {% for mean in means %}
 {% set k = loop.index0 %}
@@ -196,8 +199,23 @@ def hold_whole(function, group, trace, g):
 
 
 {% endif %}
+{% if not eigen %}
 r, d = total.vec.CreateVector(), total.vec.CreateVector()
+{% endif %}
 free = np.array([V.FreeDofs()[i] for i in range(V.ndof)])
+{% if eigen %}
+
+# The equations of free dofs, so that those that are held are no modes.
+def matrix(form):
+    rows, columns, entries = map(np.asarray, form.Assemble().mat.COO())
+    return scipy.sparse.csc_matrix((entries, (rows, columns)), (V.ndof, V.ndof))[free][:, free]
+
+
+start = np.random.default_rng(0).standard_normal(free.sum())
+eigenvalues, modes = scipy.sparse.linalg.eigsh(
+    matrix(a), {{ eigen.count }}, matrix(mass), sigma={{ eigen.shift }}, v0=start, ncv=min({{ 4*eigen.count + 20 }}, free.sum())
+)
+{% endif %}
 {% set solve %}
 # Dirichlet values; where two groups share a dof, the later one counts.
 {% for function in functions %}
@@ -286,7 +304,8 @@ from_nodes = scipy.sparse.linalg.inv(to_nodes)
 total.vec.FV().NumPy()[:count] = from_nodes @ state(at_dofs, directions)
 {% endif %}
 {% endif %}
-{% if not time %}
+{% if eigen %}
+{% elif not time %}
 
 {{ solve }}
 {%- else %}
@@ -330,4 +349,15 @@ write_system(scipy.sparse.find(A), r, held, values_at_nodes(goal), {{ "values_at
 {% endif %}
 {% include "write_vtu.py" %}
 {% macro parts(u) %}{% for k in u.functions %}{{ part("total", k) }}{{ ", " if not loop.last }}{% endfor %}{% endmacro %}
+{% if eigen %}
+fields = {}
+for k, mode in enumerate(modes.T):
+    total.vec.FV().NumPy()[free] = mode
+{% set u = unknowns[0] %}
+    fields[f"{{ u.title }}{k + 1}"] = values({{ parts(u) if u.functions|length == 1 else "(" ~ parts(u) ~ ")" }})
+write_vtu(writes, at, fields)
+lines = [f"lambda{k + 1},{float(value)!r}\n" for k, value in enumerate(eigenvalues)]
+Path(writes).with_suffix(".csv").write_text("".join(lines))
+{% else %}
 write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ parts(u) if u.functions|length == 1 else "(" ~ parts(u) ~ ")" }}){{ ", " if not loop.last }}{% endfor -%} })
+{% endif %}

@@ -23,7 +23,7 @@ dict(zip([name + mark for name in ("{{ names|join('", "') }}")], basis.interpola
 import scipy.sparse
 {% endif %}
 import skfem
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import {{ "eigsh" if eigen else "splu" }}{{ ", splu" if eigen and holds_wholes }}
 
 {% include "read.py" %}
 {% include "lengths.py" %}
@@ -84,7 +84,7 @@ basis{{ i }} = skfem.FacetBasis(mesh, element, quadrature=facet_rule{{ facets }}
 {% else %}
 basis{{ i }}_plus, basis{{ i }}_minus = (skfem.InteriorFacetBasis(mesh, element, quadrature=facet_rule{{ facets }}, side=other) for other in (0, 1))
 {% endif %}
-{% for form in integral.forms %}
+{% for form in integral.forms if not (eigen and form.is_residual) %}
 
 
 {% if form.is_residual %}
@@ -184,7 +184,7 @@ def hold_whole(group, part, element, trace, g):
 rows = np.array([{% for mean in means %}skfem.LinearForm(lambda {{ tests }}, w: {{ mean.test }} + 0*w.x[0]).assemble(basis){{ ", " if not loop.last }}{% endfor %}])
 wanted = basis.dx.sum()*np.array([{{ means|map(attribute="value")|join(", ") }}])
 {% endif %}
-{% set solve %}
+{% set hold %}
 {% for one in held %}
 {% if not one.is_whole %}
 hold({{ one.tag }}, {{ part(one.unknown, one.component) }}, lambda {{ point }}: {{ one.values[0].at_points }})
@@ -193,6 +193,9 @@ hold({{ one.tag }}, {{ part(one.unknown, one.component) }}, lambda {{ point }}: 
 hold_whole({{ one.tag }}, {{ part(one.unknown, none) }}, {{ one.element }}, lambda u, n: [{{ trace|join(", ") }}], lambda {{ point }}: [{{ one.values|map(attribute="at_points")|join(", ") }}])
 {% endif %}
 {% endfor %}
+{% endset %}
+{% set solve %}
+{{ hold }}
 
 {% call newton("abs(d).max(initial=0)", "abs(total).max()", free="free = ~held") %}
 {% for integral in more.integrals %}
@@ -254,7 +257,31 @@ for name, dofs in zip([{% for u in unknowns %}"{{ u.title }}", {% endfor %}], {{
 total[:] = state(basis.doflocs.T, directions)
 {% endif %}
 {% endif %}
-{% if not time %}
+{% if eigen %}
+{{ hold }}
+
+# The equations of free dofs, so that those that are held are no modes.
+free = ~held
+{% for integral in more.integrals %}
+{% set i = loop.index0 %}
+{% if integral.kind == "dS" %}
+given{{ i }} = {**given(basis{{ i }}_plus, "_plus"), **given(basis{{ i }}_minus, "_minus")}
+{% else %}
+given{{ i }} = given(basis{{ i }})
+{% endif %}
+{% endfor %}
+{% for name, is_mass in [("A", false), ("M", true)] %}
+{{ name }} = (
+{% for call in more.forms|selectattr("is_mass", "eq", is_mass) if not call.is_residual %}
+    {{ "+ " if not loop.first }}derivative{{ call.integral }}{{ call.trial }}{{ call.test }}.assemble(basis{{ call.integral }}{{ call.trial }}, basis{{ call.integral }}{{ call.test }}, **given{{ call.integral }})
+{% endfor %}
+).tocsc()[free][:, free]
+{% endfor %}
+start = np.random.default_rng(0).standard_normal(free.sum())
+eigenvalues, found = eigsh(A, {{ eigen.count }}, M, sigma={{ eigen.shift }}, v0=start, ncv=min({{ 4*eigen.count + 20 }}, free.sum()))
+modes = np.zeros((basis.N, len(eigenvalues)))
+modes[free] = found
+{% elif not time %}
 {{ solve }}
 {%- else %}
 
@@ -275,7 +302,7 @@ for number in range(1, {{ time.steps + 1 }}):
 nodes = np.array([{% for node in output.nodes %}[{{ node[1:]|join(", ") }}]{{ ", " if not loop.last }}{% endfor %}]).T
 at = np.moveaxis(mesh.mapping().F(nodes), 0, 2)
 at = np.pad(at, ((0, 0), (0, 0), (0, {{ 3 - dim }})))
-found = skfem.Basis(mesh, element, quadrature=(nodes, np.ones(nodes.shape[1]))).interpolate(total)
+{{ "at_nodes" if eigen else "found" }} = skfem.Basis(mesh, element, quadrature=(nodes, np.ones(nodes.shape[1]))){{ ".interpolate(total)" if not eigen }}
 
 
 {% if has_system %}
@@ -286,4 +313,10 @@ write_system(*system, held, goal, {{ "total, " if not has_state }}basis.doflocs.
 {% include "write_vtu.py" %}
 {% macro values(u, found) %}{{ found if u.size is none else "np.moveaxis(" ~ found ~ ", 0, 2)" }}{% endmacro %}
 {% set one = unknowns|length == 1 %}
+{% if eigen %}
+write_vtu(writes, at, {f"{{ unknowns[0].title }}{k + 1}": {{ values(unknowns[0], "np.asarray(at_nodes.interpolate(mode))") }} for k, mode in enumerate(modes.T)})
+lines = [f"lambda{k + 1},{float(value)!r}\n" for k, value in enumerate(eigenvalues)]
+Path(writes).with_suffix(".csv").write_text("".join(lines))
+{% else %}
 write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": {{ values(u, "np.asarray(found)" if one else "np.asarray(found[" ~ loop.index0 ~ "])") }}{{ ", " if not loop.last }}{% endfor -%} })
+{% endif %}
