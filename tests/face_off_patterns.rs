@@ -170,7 +170,7 @@ fn planted_patterns_are_named() {
             p1,
             [n, "cg_tol = 0.3", ""],
             "parameter",
-            "with cg_tol = 3e-3 instead of 0.3",
+            "with cg_tol = 0.003 instead of 0.3",
         ),
         (
             "penalty",

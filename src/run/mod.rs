@@ -20,8 +20,8 @@ use serde_json::{Value, json};
 pub use convergence::{Fit, Observed, check_meshes};
 pub use evaluated::{Evaluated, certificate, consistent};
 pub use face_off::{
-    Asked, Code, FaceOff, FormFile, Judged, Label, Level, Point, Same, Spectrum, Sweep, is_elastic,
-    is_face_off, place, rounded, words,
+    Asked, Code, DT, FaceOff, FormFile, Judged, Label, Level, Point, Same, Spectrum, Sweep,
+    is_elastic, is_face_off, place, rounded, words,
 };
 pub use store::{BASELINE, Journal, Record, Store};
 pub use variation::{Datum, Setup, Variation, reverse_cells, reverse_points};

@@ -59,6 +59,16 @@ impl Change {
         all
     }
 
+    /// What shows that a parameter of an approximation limits the accuracy: half of it and twice as much, and of a tolerance a
+    /// hundredth.
+    pub fn of_limit(name: &str) -> Vec<Change> {
+        let is_tolerance = is_tolerance(name) || name.to_lowercase().contains("eps");
+        let percents: &[u8] = if is_tolerance { &[1] } else { &[50, 200] };
+        let each = percents.iter();
+        each.map(|percent| Change::Parameter(name.to_owned(), *percent))
+            .collect()
+    }
+
     /// What it is about: `the order of the mesh`.
     pub fn of(&self) -> String {
         match self {
@@ -108,25 +118,43 @@ impl Change {
         }
     }
 
-    /// Changes the real parameters of a run; were any changed?
+    /// Changes the parameters of a run; were any changed? An integer, which may be a count, only where it is meant by name and stays
+    /// one.
     pub fn parameters(&self, reals: &BTreeSet<String>, of: &mut BTreeMap<String, String>) -> bool {
         let mut is_changed = false;
-        for (name, value) in of.iter_mut().filter(|(name, _)| reals.contains(*name)) {
-            let number = value.parse::<f64>().ok().filter(|x| x.is_normal());
-            let changed = number.and_then(|x| match self {
-                Change::Rounding => Some(f64::from_bits(x.to_bits() + ULPS)),
-                Change::Tolerances => is_tolerance(name).then_some(x / 100.0),
-                Change::Parameter(of, percent) => {
-                    (name == of).then_some(x * f64::from(*percent) / 100.0)
-                }
-                _ => None,
-            });
+        for (name, value) in of {
+            let changed = match value.parse::<i64>() {
+                Ok(whole) if !reals.contains(name) => self.of_integer(name, whole),
+                _ => value.parse().ok().and_then(|x| self.of_real(name, x)),
+            };
             if let Some(changed) = changed {
-                *value = format!("{changed:e}");
+                *value = changed;
                 is_changed = true;
             }
         }
         is_changed
+    }
+
+    fn of_real(&self, name: &str, x: f64) -> Option<String> {
+        let changed = match self {
+            Change::Rounding => Some(f64::from_bits(x.to_bits() + ULPS)),
+            Change::Tolerances => is_tolerance(name).then_some(x / 100.0),
+            Change::Parameter(of, percent) => {
+                (name == of).then_some(x * f64::from(*percent) / 100.0)
+            }
+            _ => None,
+        };
+        changed
+            .filter(|_| x.is_normal())
+            .map(|changed| format!("{changed:?}"))
+    }
+
+    fn of_integer(&self, name: &str, whole: i64) -> Option<String> {
+        let Change::Parameter(of, percent) = self else {
+            return None;
+        };
+        let changed = whole.checked_mul(i64::from(*percent))? / 100;
+        (name == of && whole > 0 && changed > 0).then(|| changed.to_string())
     }
 }
 
@@ -149,11 +177,17 @@ mod tests {
         assert_eq!(of, ["E times 1.1", "E times 0.9"]);
         let mut changed = parameters.clone();
         assert!(all[7].parameters(&reals, &mut changed));
-        assert_eq!(changed.remove("E").as_deref(), Some("1.8e2"));
+        assert_eq!(changed.remove("E").as_deref(), Some("180.0"));
         assert!(Change::Tolerances.parameters(&reals, &mut changed));
         assert_eq!(changed.remove("rtol").unwrap().parse(), Ok(1e-8));
         assert!(!Change::Tolerances.parameters(&reals, &mut changed));
         assert!(!Change::Cells.parameters(&reals, &mut changed));
+        let [half, twice] = Change::of_limit("k").try_into().unwrap();
+        let none = ["rtol".to_owned()].into();
+        let mut whole = parameters.clone();
+        assert!(half.parameters(&none, &mut whole) && whole["k"] == "1");
+        assert!(twice.parameters(&none, &mut whole) && whole["k"] == "2");
+        assert!(half.parameters(&none, &mut whole) && !half.parameters(&none, &mut whole));
         assert!(
             changed
                 .iter()

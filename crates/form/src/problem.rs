@@ -196,6 +196,8 @@ pub struct Measure {
     pub domain: Domain,
     /// Positions in the problem's groups, ascending; empty for the whole domain.
     pub groups: Vec<usize>,
+    /// The degree of its own rule, as in `dx(degree=1)`; else that of the problem.
+    pub degree: Option<usize>,
 }
 
 /// One term of F: an integral, linear in the test functions.
@@ -281,6 +283,11 @@ impl Problem {
         ]
     }
 
+    /// The length of a step in time, which is a parameter.
+    pub fn step(&self) -> Option<&Parameter> {
+        self.parameters.get(self.time.as_ref()?.parameter + 1)
+    }
+
     /// The groups that a measure names in codes that integrate over all marked facets unless groups are named: where facets between cells
     /// are marked too, those of the boundary.
     pub fn named(&self, measure: &Measure) -> Vec<usize> {
@@ -293,6 +300,31 @@ impl Problem {
             }
             _ => measure.groups.clone(),
         }
+    }
+
+    /// The rule of a measure, where those on cells and on facets are given.
+    pub fn rule_of(&self, measure: &Measure, [cells, facets]: [Rule; 2]) -> Rule {
+        let dim = match measure.domain {
+            Domain::Cells => self.dim,
+            Domain::Boundary | Domain::Interior => self.dim - 1,
+        };
+        match (measure.degree, measure.domain) {
+            (Some(degree), _) => self.cells.exact(dim, degree),
+            (None, Domain::Cells) => cells,
+            (None, _) => facets,
+        }
+    }
+
+    /// The rules on cells and on facets, and then those that measures have of their own.
+    pub fn all_rules(&self) -> Vec<Rule> {
+        let mut all = Vec::from(self.rules());
+        for integral in self.integrals.iter().filter(|i| i.measure.degree.is_some()) {
+            let rule = self.rule_of(&integral.measure, self.rules());
+            if !all.contains(&rule) {
+                all.push(rule);
+            }
+        }
+        all
     }
 
     /// The integrals by their measure, so that a script has one of each.

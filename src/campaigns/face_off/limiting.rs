@@ -5,7 +5,8 @@ use super::times::of_one;
 use super::{OfField, OfOrder, Player, Rung, Running, run_how};
 use crate::engine::{Progress, Task};
 use crate::run::convergence::Limiting;
-use crate::run::{Asked, FaceOff};
+use crate::run::{Asked, Code, DT, FaceOff};
+use crate::why::Change;
 use faceoff_judge::Verdict;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -93,39 +94,51 @@ fn varied(
     else {
         return Ok(None);
     };
+    let mut parameters = rung.parameters.clone();
+    let step = of.form.as_ref().and_then(|form| form.step());
+    if let Some(step) = step {
+        let step = || format!("{:?}", step.value);
+        parameters.entry(DT.to_owned()).or_insert_with(step);
+    }
     let is_free = |name: &str| !asked.exact.iter().any(|formula| formula.uses(name));
-    let mut names: Vec<&String> = rung
-        .parameters
-        .keys()
-        .filter(|name| is_free(name))
-        .collect();
+    let mut names: Vec<&String> = parameters.keys().filter(|name| is_free(name)).collect();
     let is_first = |name: &str| FIRST.iter().any(|of| name.to_lowercase().contains(of));
     names.retain(|name| how.diagnose || is_first(name));
     names.sort_by_key(|name| !is_first(name));
     let mesh = of.mesh(rung.level.n)?;
     for name in names.into_iter().take(MOST) {
-        let now = &rung.parameters[name];
-        for other in others(name, now) {
-            progress.next(&format!("{}, {name} = {other}", players[k].name), 1.0);
+        for change in Change::of_limit(name) {
+            let mut changed = parameters.clone();
+            if !change.parameters(&of.reals, &mut changed) {
+                continue;
+            }
+            let now = changed[name].clone();
+            progress.next(&format!("{}, {name} = {now}", players[k].name), 1.0);
             cancel::check()?;
-            let mut parameters = rung.parameters.clone();
-            parameters.insert(name.clone(), other.clone());
+            // A value that the file or the code does not take shows nothing.
+            let Ok(other) = of.at(&[(name.clone(), now.clone())].into()) else {
+                continue;
+            };
+            let same = |code: &&Code| code.name() == players[k].code.name();
+            let Some(code) = other.codes.iter().find(same) else {
+                continue;
+            };
+            changed.retain(|name, _| rung.parameters.contains_key(name));
             let task = Task {
                 mesh: mesh.as_ref(),
                 n: rung.level.n,
-                parameters: &parameters,
+                parameters: &changed,
             };
-            let change = format!("-{name}{other}");
-            let how = run_how(of, players[k].code, &rung.level, &change, how, None);
-            let left = match players[k].code.run(&task, &how) {
+            let how = run_how(of, code, &rung.level, &change.suffix(), how, None);
+            let left = match code.run(&task, &how) {
                 Ok(left) => left,
                 Err(Error::Ended(cause)) => return Err(Error::Ended(cause)),
-                // A value that the code does not take shows nothing.
                 Err(_) => continue,
             };
+            let values = [parameters[name].clone(), now];
             let mut there = Rung {
                 level: rung.level.clone(),
-                parameters,
+                parameters: changed,
                 left: (0..players.len()).map(|_| None).collect(),
             };
             there.left[k] = Some(left);
@@ -139,31 +152,11 @@ fn varied(
             if let Some(after) = found.map(|norms| norms.l2).filter(|x| *x <= FALLS * before) {
                 return Ok(Some(Limiting::Parameter {
                     name: name.clone(),
-                    values: [now.clone(), other],
+                    values,
                     errors: [before, after],
                 }));
             }
         }
     }
     Ok(None)
-}
-
-/// Other values of a parameter: half of it, and twice as much; of a tolerance a hundredth.
-fn others(name: &str, now: &str) -> Vec<String> {
-    let lower = name.to_lowercase();
-    let is_tolerance = ["tol", "eps"].iter().any(|of| lower.contains(of));
-    if let Ok(whole) = now.parse::<i64>() {
-        let twice = whole.checked_mul(2).filter(|_| whole > 0);
-        let half = (whole > 1).then_some(whole / 2);
-        return twice
-            .into_iter()
-            .chain(half)
-            .map(|x| x.to_string())
-            .collect();
-    }
-    match now.parse::<f64>() {
-        Ok(x) if x.is_normal() && is_tolerance => vec![format!("{:e}", x / 100.0)],
-        Ok(x) if x.is_normal() => [x / 2.0, x * 2.0].map(|x| x.to_string()).to_vec(),
-        _ => Vec::new(),
-    }
 }

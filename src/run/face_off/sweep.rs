@@ -56,7 +56,7 @@ const MOST: usize = 10_000;
 /// Digits of drawn values, so that they can be typed.
 const DIGITS: usize = 4;
 /// The step in time of a form, which `[time]` calls `step`.
-const DT: &str = "dt";
+pub const DT: &str = "dt";
 /// The highest degree of the spaces of a form.
 const DEGREE: &str = "degree";
 

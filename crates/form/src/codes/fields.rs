@@ -124,15 +124,25 @@ fn space_of(of: &Speaker<'_>, element: Element) -> Result<String, String> {
 
 fn rules(of: &Speaker<'_>) -> Result<Value, String> {
     let names = (of.code.rules)(&of.problem)?;
-    let rules = of.problem.rules();
-    let each = rules.iter().zip(names).map(|(rule, name)| {
+    let rules = of.problem.all_rules();
+    let each = rules.iter().zip(names).enumerate().map(|(k, (rule, name))| {
         // The weights sum to the volume of the reference cell.
         let volume = of.problem.cells.volume(rule.points[0].len());
         let weights = rule.weights.iter().map(|w| format!("{:?}", w * volume));
         let points = rule.points.iter().map(|point| format!("{point:?}"));
-        context! { name, points => points.collect::<Value>(), weights => weights.collect::<Value>() }
+        let is_facets = rule.points[0].len() < of.problem.dim;
+        context! { name, word => word(k), is_facets, points => points.collect::<Value>(), weights => weights.collect::<Value>() }
     });
     Ok(each.collect())
+}
+
+/// What a rule is called in scripts.
+fn word(k: usize) -> String {
+    match k {
+        0 => "rule".into(),
+        1 => "facet_rule".into(),
+        k => format!("rule{k}"),
+    }
 }
 
 fn datum(of: &Speaker<'_>, k: usize) -> Result<Value, String> {
@@ -208,7 +218,17 @@ pub fn over(of: &Speaker<'_>, integral: &Integral) -> Value {
             .collect::<Value>()
     };
     let places = integral.measure.groups.iter().map(|k| k + 1);
+    let rule = problem.rule_of(&integral.measure, problem.rules());
+    let own = problem.all_rules().iter().rposition(|known| *known == rule);
+    let rule = match (integral.measure.degree, integral.measure.domain) {
+        (Some(_), _) => own.unwrap_or(0),
+        (None, Domain::Cells) => 0,
+        (None, _) => 1,
+    };
     context! {
+        // The position of its rule among all, and what that is called.
+        rule,
+        rule_word => word(rule),
         kind => match integral.measure.domain {
             Domain::Cells => "dx",
             Domain::Boundary => "ds",

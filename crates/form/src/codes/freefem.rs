@@ -1,5 +1,6 @@
 //! FreeFEM: the form as `varf` in scalars, on meshes of triangles or tetrahedra, without plugins.
 
+use faceoff_fem::quadrature::Rule;
 use minijinja::{Value, context};
 
 use super::python::{LEAVES, USUAL};
@@ -123,8 +124,11 @@ fn element(problem: &Problem, space: Space) -> Result<String, String> {
 }
 
 /// The rules that FreeFEM has built in.
-fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
-    let name = |name| match name {
+fn rules(problem: &Problem) -> Result<Vec<&'static str>, String> {
+    let name = |rule: &Rule| match rule.name {
+        "midpoint" => "qfe=qf1pE",
+        "centroid" if rule.points[0].len() == 2 => "qft=qf1pT",
+        "centroid" => "qfV=qfV1",
         "radon-7" => "qft=qf5pT",
         "edges-3" => "qft=qf2pT",
         "gauss-5" => "qfe=qf5pE",
@@ -133,7 +137,7 @@ fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
         "walkington-14" => "qfV=qfV5",
         _ => "qfV=qfV2",
     };
-    Ok(problem.rules().map(|rule| name(rule.name)))
+    Ok(problem.all_rules().iter().map(name).collect())
 }
 
 fn lacks(problem: &Problem) -> Result<(), String> {

@@ -86,7 +86,10 @@ fn element(problem: &Problem, space: Space) -> Result<String, String> {
 }
 
 /// GetFEM takes no points, only names; a rule on facets is part of one on cells.
-fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
+fn rules(problem: &Problem) -> Result<Vec<&'static str>, String> {
+    if problem.all_rules().len() > 2 {
+        return Err("its scripts have one rule on cells and one on facets, and no measure with another degree".into());
+    }
     let [cells, facets] = problem.rules().map(|rule| rule.name);
     if problem.cells == Cells::Cubes {
         let product = |name| match (name, problem.dim) {
@@ -97,7 +100,7 @@ fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
             ("gauss-3", _) => "IM_GAUSS_PARALLELEPIPED(3,5)",
             _ => "IM_GAUSS_PARALLELEPIPED(3,9)",
         };
-        return Ok([product(cells), product(facets)]);
+        return Ok(vec![product(cells), product(facets)]);
     }
     let of_cells = match cells {
         "radon-7" => "IM_TRIANGLE(5)",
@@ -116,5 +119,5 @@ fn rules(problem: &Problem) -> Result<[&'static str; 2], String> {
         ("radon-7", _) => "IM_TETRAHEDRON(5)",
         _ => "IM_NC(3,2)",
     };
-    Ok([of_cells, of_facets])
+    Ok(vec![of_cells, of_facets])
 }

@@ -20,7 +20,7 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "each k size mfem SimpleNamespace types mesh here vertices_of marked outside corners diameter space spaces sizes first dofs_of_cells others rule facet_rule \
+const RESERVED: &str = "each k size mfem SimpleNamespace types mesh here vertices_of marked outside corners diameter space spaces sizes first dofs_of_cells others rule facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 \
     sample Field field unknown functions given sums chosen count side sides residual derivative held goal total hold part free before number nodes out at rows whole wanted border both scipy splu w place";
 
 /// A collection of MFEM's for the components, with equidistant nodes as in the other codes.

@@ -54,7 +54,7 @@ const STYLE: Style = Style {
 
 /// Names that the frame imports or makes.
 const RESERVED: &str = "function mesh sample solver types quadrature pointsseq topo geom corners sides marked at hold held spaces bases rule \
-    facet_rule total tests first F system free here found nodes degree basis interpolated unknowns part parts cell dofs fields integrand longest nodal nutils tag arguments goal mean0 multiplier0 number";
+    facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 total tests first F system free here found nodes degree basis interpolated unknowns part parts cell dofs fields integrand longest nodal nutils tag arguments goal mean0 multiplier0 number";
 
 fn element(_: &Problem, space: Space) -> Result<String, String> {
     let (kind, degree) = match space.element {

@@ -35,7 +35,7 @@ pub const USUAL: Code = Code {
     brackets: false,
     signs: true,
     element: |_, space| Err(format!("it has no {}", space.name())),
-    rules: |_| Ok(["", ""]),
+    rules: |problem| Ok(vec![""; problem.all_rules().len()]),
     by_hand: |_, _| false,
     sharing: Sharing::Together,
     points: (["x", "y", "z"], ""),

@@ -322,9 +322,11 @@ pub fn measure(problem: &Problem, measure: &Measure) -> String {
         .iter()
         .map(|k| problem.groups[*k].name.as_str())
         .collect();
-    match groups.is_empty() {
+    let degree = measure.degree.map(|degree| format!("degree={degree}"));
+    let all: Vec<&str> = groups.into_iter().chain(degree.as_deref()).collect();
+    match all.is_empty() {
         true => name.to_owned(),
-        false => format!("{name}({})", groups.join(", ")),
+        false => format!("{name}({})", all.join(", ")),
     }
 }
 

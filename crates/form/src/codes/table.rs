@@ -50,8 +50,8 @@ pub struct Code {
     pub(super) signs: bool,
     /// The space of an unknown or of data, or what is missing.
     pub(super) element: fn(&Problem, Space) -> Result<String, String>,
-    /// The rules on cells and facets by name, where the code does not take points.
-    pub(super) rules: fn(&Problem) -> Result<[&'static str; 2], String>,
+    /// All rules of a problem by name, where the code does not take points.
+    pub(super) rules: fn(&Problem) -> Result<Vec<&'static str>, String>,
     /// Is the derivative of an integral written out? The code differentiates the others.
     pub(super) by_hand: fn(&mut Problem, &Integral) -> bool,
     /// Where an expression that occurs more than once gets a name.

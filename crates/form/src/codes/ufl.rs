@@ -84,7 +84,7 @@ impl Editor<'_> {
             Kind::Number(value) if self.chars[term.start] == '0' => {
                 self.replace(term.start, term.end, value.to_string());
             }
-            Kind::Number(_) | Kind::Text(_) => {}
+            Kind::Number(_) | Kind::Text(_) | Kind::Named(..) => {}
             Kind::Name(name) => {
                 if let Some(new) = self.name(name) {
                     self.replace(term.start, term.end, new);
@@ -178,6 +178,14 @@ impl Editor<'_> {
             .and_then(|k| field(Field::Datum(k)))
     }
 
+    /// The rule of a measure with a degree, which the frame has made.
+    fn own_rule(&self, dim: usize, degree: usize) -> String {
+        let rule = self.problem.cells.exact(dim, degree);
+        let mut all = self.problem.all_rules().into_iter();
+        let at = all.rposition(|known| known == rule).unwrap_or(0);
+        format!("metadata=md{at}")
+    }
+
     fn call(&mut self, term: &Term, function: &Term, arguments: &[Term]) {
         let Kind::Name(name) = &function.kind else {
             // A side of a facet.
@@ -190,7 +198,12 @@ impl Editor<'_> {
         let new = match name.as_str() {
             "dx" | "ds" | "dS" => {
                 let dim = self.problem.dim - usize::from(name != "dx");
+                let mut own = None;
                 let lists = arguments.iter().flat_map(|a| match &a.kind {
+                    Kind::Named(_, value) => {
+                        own = Some(&value.kind);
+                        Vec::new()
+                    }
                     Kind::List(parts) => parts.iter().collect(),
                     _ => vec![a],
                 });
@@ -205,10 +218,16 @@ impl Editor<'_> {
                 });
                 let tags: Vec<String> = tags.collect();
                 let all = match &tags[..] {
-                    [one] => one.clone(),
-                    several => format!("({})", several.join(", ")),
+                    [] => None,
+                    [one] => Some(one.clone()),
+                    several => Some(format!("({})", several.join(", "))),
                 };
-                return self.replace(term.start, term.end, format!("{name}({all})"));
+                let own = match own {
+                    Some(Kind::Number(degree)) => Some(self.own_rule(dim, *degree as usize)),
+                    _ => None,
+                };
+                let all: Vec<String> = all.into_iter().chain(own).collect();
+                return self.replace(term.start, term.end, format!("{name}({})", all.join(", ")));
             }
             "log" => "ln",
             "max" | "pos" => "max_value",

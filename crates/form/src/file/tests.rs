@@ -108,6 +108,13 @@ fn wrong_forms_are_refused_with_their_place() {
             "is on the boundary; integrate over it with ds",
         ),
         ("u*v*ds(left, ¦u + 1)", "not a group"),
+        (
+            "u*v*dx(¦degree=7)",
+            "write dx(degree=2), an integer from 0 to 5",
+        ),
+        ("u*v*dx(¦degree=1.5)", "not the degree of a rule"),
+        ("u*v*ds(left, ¦order=1)", "not the degree of a rule"),
+        ("u*v*dx + abs(¦u=1)*v*dx", "`=` where a value is needed"),
         // Measures.
         ("¦u*v", "not integrated"),
         ("u*v*dx - ¦force", "not integrated"),

@@ -204,15 +204,23 @@ fn rules(problem: &Problem, place: usize, all: &mut Vec<Entry>) {
         is_cells == (place == 0)
     };
     let terms: Vec<usize> = (0..problem.integrals.len()).filter(is_here).collect();
+    let own = problem.rules();
+    let has = |k: &usize, name| {
+        let measure = &problem.integrals[*k].measure;
+        problem.rule_of(measure, own.clone()).name == name
+    };
     for rule in problem.cells.rules(dim) {
-        let mut rules = problem.rules();
-        if rules[place].name == rule.name {
-            continue;
-        }
+        let mut rules = own.clone();
         let name = rule.name;
+        // Those with other points now.
+        let terms: Vec<usize> = terms.iter().filter(|k| !has(k, name)).copied().collect();
         rules[place] = rule;
         let mut push = |term: Option<usize>, terms: &[usize]| {
-            let integrals = terms.iter().map(|k| problem.integrals[*k].clone());
+            let integrals = terms.iter().map(|k| {
+                let mut integral = problem.integrals[*k].clone();
+                integral.measure.degree = None;
+                integral
+            });
             all.push(Entry {
                 change: Change::Rule { term, rule: name },
                 make: Make::Integrals {
@@ -224,6 +232,7 @@ fn rules(problem: &Problem, place: usize, all: &mut Vec<Entry>) {
             });
         };
         match terms[..] {
+            [] => {}
             [term] => push(Some(term), &terms),
             _ => {
                 push(None, &terms);
@@ -548,6 +557,7 @@ fn added(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
             measure: crate::problem::Measure {
                 domain: Domain::Cells,
                 groups: Vec::new(),
+                degree: None,
             },
             terms: terms.collect(),
             at: 0,

@@ -391,6 +391,7 @@ fn penalty(problem: &mut Problem, condition: &Condition, is_over_h: bool) -> Int
         measure: Measure {
             domain: Domain::Boundary,
             groups: vec![*group],
+            degree: None,
         },
         terms: [(leaf(Field::Test(*unknown)), value)].into_iter().collect(),
         at: 0,

@@ -201,7 +201,7 @@ impl Writer<'_> {
 
     fn term(&self, term: &Term, out: &mut Characters) -> Result<()> {
         match &term.kind {
-            Kind::Number(_) | Kind::Text(_) => self.parts(term, &[], out),
+            Kind::Number(_) | Kind::Text(_) | Kind::Named(..) => self.parts(term, &[], out),
             Kind::Name(name) => match self.arguments.iter().find(|(of, _)| of == name) {
                 Some((_, given)) => {
                     out.extend(given);

@@ -142,8 +142,22 @@ impl Reader<'_> {
         };
         let mut groups = Vec::new();
         let mut all: Vec<&Term> = Vec::new();
+        let mut degree = None;
         for argument in arguments {
             match &argument.kind {
+                Kind::Named(word, value) => {
+                    let most = self.names.cells.most_degree(dim);
+                    let found = match value.kind {
+                        Kind::Number(x) if word == "degree" && x.fract() == 0.0 => Some(x as usize),
+                        _ => None,
+                    };
+                    let found = found.filter(|found| *found <= most && degree.is_none());
+                    degree = Some(found.ok_or_else(|| {
+                        let remedy =
+                            format!("write {name}(degree=2), an integer from 0 to {most}, once");
+                        fault(argument, "this is not the degree of a rule", remedy)
+                    })?);
+                }
                 Kind::List(parts) => all.extend(parts),
                 _ => all.push(argument),
             }
@@ -189,7 +203,11 @@ impl Reader<'_> {
         }
         groups.sort_unstable();
         groups.dedup();
-        Ok(Measure { domain, groups })
+        Ok(Measure {
+            domain,
+            groups,
+            degree,
+        })
     }
 }
 

@@ -80,6 +80,13 @@ impl Reader<'_> {
                     "use it in conditional(a < b, c, d)",
                 ));
             }
+            Kind::Named(..) => {
+                return Err(fault(
+                    term,
+                    "`=` where a value is needed",
+                    "only measures have it: dx(degree=2)",
+                ));
+            }
             Kind::Text(_) => {
                 return Err(fault(
                     term,

@@ -142,16 +142,13 @@ impl Work {
         mesh: &Grid,
         source: &Mesh,
         integral: &Integral,
-        [rule, facet_rule]: [Rule; 2],
+        rules: [Rule; 2],
         by: Bilinear,
     ) -> Self {
         let dim = mesh.dim;
         let domain = integral.measure.domain;
-        let (sides, rule) = match domain {
-            Domain::Cells => (1, rule),
-            Domain::Boundary => (1, facet_rule),
-            Domain::Interior => (2, facet_rule),
-        };
+        let rule = problem.rule_of(&integral.measure, rules);
+        let sides = if domain == Domain::Interior { 2 } else { 1 };
         let mut shapes: Vec<Shape> = Vec::new();
         let mut position = |shape: Shape| {
             let found = shapes.iter().position(|known| *known == shape);

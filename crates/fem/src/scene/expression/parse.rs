@@ -22,6 +22,7 @@ fn node(term: &Term) -> Result<Node, ParseError> {
             _ => return Err(function.error("this is not a function")),
         },
         Kind::Compare(..) => return Err(term.error("a comparison where a value is needed")),
+        Kind::Named(..) => return Err(term.error("`=` where a value is needed")),
         Kind::Text(_) => return Err(term.error("a text where a value is needed")),
         Kind::List(_) => return Err(term.error("`[` where a value is needed")),
         Kind::Index(a, _) | Kind::Member(a, _) => {

@@ -8,7 +8,7 @@
 //! postfix  = atom { "[" arguments "]" | "." name | "(" arguments ")" }
 //! atom     = number | name | "(" sum ")" | "[" arguments "]"
 //! arguments = argument { "," argument }
-//! argument = text | sum [ ("<" | "<=" | ">" | ">=") sum ]         text is in '…' or "…"
+//! argument = text | name "=" sum | sum [ ("<" | "<=" | ">" | ">=") sum ]         text is in '…' or "…"
 //! ```
 
 use super::{Comparison, Operator, ParseError};
@@ -45,6 +45,8 @@ pub enum Kind {
     Binary(Operator, Box<[Term; 2]>),
     /// `a < b` and the like: only as an argument.
     Compare(Comparison, Box<[Term; 2]>),
+    /// `name = a`: only as an argument.
+    Named(String, Box<Term>),
     /// `f(a, b)`
     Call(Box<Term>, Vec<Term>),
     /// `a[i, j]`
@@ -280,6 +282,12 @@ impl Parser {
             return Ok(self.term(start, Kind::Text(text)));
         }
         let left = self.sum()?;
+        if let Kind::Name(name) = &left.kind
+            && self.take("=")
+        {
+            let value = Box::new(self.sum()?);
+            return Ok(self.term(left.start, Kind::Named(name.clone(), value)));
+        }
         // The longer ones first.
         let signs = [
             ("<=", Comparison::LessEqual),

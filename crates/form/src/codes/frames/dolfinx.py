@@ -85,6 +85,13 @@ md = {
     "quadrature_weights": np.array({{ rows(rules[0].weights, 4)|indent(4) }}),
 }
 dx = Measure("dx", domain=mesh, subdomain_data=cell_tags, metadata=md)
+{% for rule in rules[2:] %}
+md{{ loop.index + 1 }} = {
+    "quadrature_rule": "custom",
+    "quadrature_points": np.array({{ rows(rule.points, 2)|indent(4) }}),
+    "quadrature_weights": np.array({{ rows(rule.weights, 4)|indent(4) }}),
+}
+{% endfor %}
 {% for kind in more.facets %}
 {% if loop.first %}
 md = {

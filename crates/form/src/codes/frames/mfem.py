@@ -63,6 +63,9 @@ others = [{% for each in interpolated %}of_{{ each.name }}, {% endfor %}]
 # The quadrature points are given explicitly, so that all codes use the same.
 rule = {{ rows(rules[0].points, 2) }}, {{ rows(rules[0].weights, 4) }}
 facet_rule = {{ rows(rules[1].points, 2) }}, {{ rows(rules[1].weights, 4) }}
+{% for rule in rules[2:] %}
+{{ rule.word }} = {{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }}
+{% endfor %}
 
 
 def sample(kind, rule, entities, side=0):
@@ -204,7 +207,7 @@ chosen = np.flatnonzero(np.isin(regions, [{{ tags }}]))
 {% else %}
 chosen = marked[np.isin(labels, [{{ tags }}])]
 {% endif %}
-sides{{ i }} = [sample("{{ integral.kind }}", {{ "rule" if integral.kind == "dx" else "facet_rule" }}, chosen, side) for side in {{ "(0, 1)" if integral.kind == "dS" else "(0,)" }}]
+sides{{ i }} = [sample("{{ integral.kind }}", {{ integral.rule_word }}, chosen, side) for side in {{ "(0, 1)" if integral.kind == "dS" else "(0,)" }}]
 {% for form in integral.forms %}
 
 

@@ -10,11 +10,11 @@
 {% macro over(integral) %}
 {% set names = "g" ~ integral.named|join("|g") if integral.named else "" %}
 {% if integral.kind == "dx" -%}
-dx({% if names %}"{{ names }}", {% endif %}intrules=rule)
+dx({% if names %}"{{ names }}", {% endif %}intrules={{ integral.rule_word }})
 {%- elif integral.kind == "ds" -%}
-ds({% if names %}"{{ names }}", {% endif %}skeleton=True, intrules=facet_rule)
+ds({% if names %}"{{ names }}", {% endif %}skeleton=True, intrules={{ integral.rule_word }})
 {%- else -%}
-dx(skeleton=True, {% if names %}definedonelements=between("{{ names|replace("|", '", "') }}"), {% endif %}intrules=facet_rule)
+dx(skeleton=True, {% if names %}definedonelements=between("{{ names|replace("|", '", "') }}"), {% endif %}intrules={{ integral.rule_word }})
 {%- endif %}
 {% endmacro %}
 {% macro add(form, integral, terms) %}
@@ -76,7 +76,7 @@ mesh = ngsolve.Mesh(grid)
 
 # The quadrature points are given explicitly, so that all codes use the same.
 {% for rule in rules %}
-{{ ["rule", "facet_rule"][loop.index0] }} = { {{- kinds[loop.index0] }}: ngsolve.IntegrationRule({{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }})}
+{{ rule.word }} = { {{- kinds[1 if rule.is_facets else 0] }}: ngsolve.IntegrationRule({{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }})}
 {% endfor %}
 n = specialcf.normal({{ dim }})
 {% if has_diameter %}

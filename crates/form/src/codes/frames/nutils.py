@@ -34,6 +34,9 @@ n = function.normal(geom)
 # The quadrature points are given explicitly, so that all codes use the same.
 rule = {{ rows(rules[0].points, 2) }}, {{ rows(rules[0].weights, 4) }}
 facet_rule = {{ rows(rules[1].points, 2) }}, {{ rows(rules[1].weights, 4) }}
+{% for rule in rules[2:] %}
+{{ rule.word }} = {{ rows(rule.points, 2) }}, {{ rows(rule.weights, 4) }}
+{% endfor %}
 {% if has_diameter %}
 longest = np.linalg.norm(points[cells][:, :, None] - points[cells][:, None], axis=3).max(axis=(1, 2))
 h = function.get(longest, 0, topo.f_index)  # the longest edge of each cell
@@ -122,7 +125,7 @@ for part in [{{ part }}]:
 {% else %}
 for part in [{% for tag in integral.tags %}{{ part }}["g{{ tag }}"]{{ ", " if not loop.last }}{% endfor %}]:
 {% endif %}
-    F += at(part, *{{ "rule" if integral.kind == "dx" else "facet_rule" }}).integral(integrand*function.J(geom))
+    F += at(part, *{{ integral.rule_word }}).integral(integrand*function.J(geom))
 {% endfor %}
 {% for mean in means %}
 {% set k = loop.index0 %}

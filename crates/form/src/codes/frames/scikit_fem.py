@@ -55,6 +55,9 @@ element = {{ unknowns|map(attribute="element")|join(" * ") }}
 # The quadrature points are given explicitly, so that all codes use the same.
 rule = np.array({{ rows(rules[0].points, 2) }}).T, np.array({{ rows(rules[0].weights, 4) }})
 facet_rule = np.array({{ rows(rules[1].points, 2) }}).T, np.array({{ rows(rules[1].weights, 4) }})
+{% for rule in rules[2:] %}
+{{ rule.word }} = np.array({{ rows(rule.points, 2) }}).T, np.array({{ rows(rule.weights, 4) }})
+{% endfor %}
 
 number = {tuple(vertices): i for i, vertices in enumerate(np.sort(mesh.facets, axis=0).T.tolist())}
 boundary = np.array([number[tuple(sorted(vertices))] for vertices in facets.tolist()])
@@ -77,12 +80,12 @@ def {{ part.name }}({{ point }}):
 
 # {{ integral.title }}
 {% if integral.kind == "dx" %}
-basis{{ i }} = skfem.Basis(mesh, element, quadrature=rule
+basis{{ i }} = skfem.Basis(mesh, element, quadrature={{ integral.rule_word }}
 {%- if integral.tags %}, elements=np.flatnonzero(np.isin(regions, [{{ integral.tags|join(", ") }}])){% endif %})
 {% elif integral.kind == "ds" %}
-basis{{ i }} = skfem.FacetBasis(mesh, element, quadrature=facet_rule{{ facets }})
+basis{{ i }} = skfem.FacetBasis(mesh, element, quadrature={{ integral.rule_word }}{{ facets }})
 {% else %}
-basis{{ i }}_plus, basis{{ i }}_minus = (skfem.InteriorFacetBasis(mesh, element, quadrature=facet_rule{{ facets }}, side=other) for other in (0, 1))
+basis{{ i }}_plus, basis{{ i }}_minus = (skfem.InteriorFacetBasis(mesh, element, quadrature={{ integral.rule_word }}{{ facets }}, side=other) for other in (0, 1))
 {% endif %}
 {% for form in integral.forms if not (eigen and form.is_residual) %}
 
