@@ -136,6 +136,7 @@ pages! {
     baselines: "docs/how-to/baselines.md"
     engine: "docs/how-to/engine.md"
     matrix: "docs/how-to/matrix.md"
+    hunting: "docs/how-to/hunt.md"
     accuracy: "docs/how-to/accuracy.md"
     costs: "docs/how-to/costs.md"
     clusters: "docs/how-to/clusters.md"

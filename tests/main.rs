@@ -28,6 +28,7 @@ mod forms;
 mod found;
 mod given;
 mod hunt;
+mod hunting;
 mod judge;
 mod judge_forms;
 mod left_open;

@@ -2,6 +2,7 @@
 
 pub mod conformance;
 pub mod face_off;
+pub mod hunt;
 pub mod matrix;
 pub mod orders;
 pub mod paper;

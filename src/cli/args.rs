@@ -9,7 +9,7 @@ use std::time::Duration;
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-pub(super) use campaigns::{Matrix, Orders, Paper, Stress, Study};
+pub(super) use campaigns::{Hunt, Matrix, Orders, Paper, Stress, Study};
 pub(super) use mesh::{Form, Mesh, MeshAction};
 
 use super::words::{
@@ -93,6 +93,8 @@ pub(super) enum Command {
     Stress(Stress),
     /// Compare releases of codes: a page with badges and history
     Matrix(Matrix),
+    /// Run random weak forms in every code, and report what is wrong by cause
+    Hunt(Hunt),
     /// Inspect, check, convert, make or refine meshes
     Mesh(Mesh),
     /// Begin a scene on your mesh: a TOML file with its groups
@@ -254,6 +256,7 @@ impl Command {
             Command::Study(a) => to("study", &a.output, None),
             Command::Stress(a) => to("stress", &a.output, Some(&a.verdicts)),
             Command::Matrix(a) => to("matrix", &a.output, Some(&a.verdicts)),
+            Command::Hunt(a) => to("hunt", &a.output, Some(&a.verdicts)),
             Command::Mesh(a) => match &a.action {
                 MeshAction::Info { output, .. } => to("mesh info", output, None),
                 MeshAction::Check {

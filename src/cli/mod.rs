@@ -7,6 +7,7 @@ pub mod compare;
 mod engines;
 mod folders;
 mod help;
+mod hunt;
 mod init;
 mod judge;
 mod matrix;
@@ -215,6 +216,7 @@ fn run(arguments: &Arguments) -> Result<u8> {
         Command::Study(arguments) => campaigns::study(arguments, to),
         Command::Stress(arguments) => campaigns::stress(arguments, to),
         Command::Matrix(arguments) => matrix::run(arguments, to),
+        Command::Hunt(arguments) => hunt::run(arguments, to),
         Command::Mesh(arguments) => mesh::run(arguments, to),
         Command::Init(arguments) => init::run(arguments),
         Command::Scenes(_) => scenes::run(to),

@@ -232,6 +232,7 @@ fn of_one(
     let is_missing = |name: &&String| missing.iter().any(|of| of.engine == **name);
     let codes = arguments.engines.iter().filter(|name| !is_missing(name));
     let how = face_off::Running {
+        alone: false,
         codes: codes.cloned().collect(),
         keep: running.keep.clone(),
         time_limit: Settings::default().time_limit,

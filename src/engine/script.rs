@@ -272,6 +272,10 @@ impl Script {
             .map_err(|what| refuse(what, "name a parameter, {mesh}, {out} or {n}"))?;
         let mut command = Command::new(&words[0]);
         command.args(&words[1..]).current_dir(home);
+        if written.is_some() {
+            // UFL's names of forms depend on it, by which dolfinx finds what it has compiled.
+            command.env("PYTHONHASHSEED", "0");
+        }
         let plugins = super::freefem::plugins(&words);
         command.envs(plugins.map(|[name, path]| (name, path)));
         if let Some(threads) = how.threads {

@@ -26,6 +26,13 @@ pub struct CauseTold {
     left: f64,
 }
 
+impl CauseTold {
+    /// The kind of the change, as JSON has it.
+    pub fn kind(&self) -> &'static str {
+        self.kind
+    }
+}
+
 /// What one has to know to name a change.
 pub struct Names<'a> {
     pub problem: &'a Problem,

@@ -45,6 +45,7 @@ mod kernel;
 pub mod language;
 pub mod own;
 pub mod problem;
+pub mod random;
 pub mod scalar;
 mod swap;
 

@@ -56,6 +56,8 @@ pub struct Running<'a> {
     pub against: Option<&'a Record>,
     /// Runs codes again with one thing changed.
     pub diagnose: bool,
+    /// May a code run by itself, so that only its own answers are told?
+    pub alone: bool,
 }
 
 /// What a face-off found.
@@ -402,7 +404,7 @@ fn players<'a>(of: &'a FaceOff, how: &Running<'a>) -> Result<Vec<Player<'a>>> {
             });
         }
     }
-    if players.len() < 2 {
+    if players.len() < 2 && !(how.alone && players.len() == 1) {
         let what = match players.first() {
             Some(player) => format!("{} alone shows nothing", player.name),
             None => format!("no code of {} is here", of.name),

@@ -133,6 +133,7 @@ impl Reader {
             home,
             scene: None,
             is_carried: false,
+            given: None,
         })
     }
 

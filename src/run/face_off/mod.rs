@@ -36,6 +36,7 @@ mod times;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -45,7 +46,7 @@ pub use form::FormFile;
 pub use formula::{Formula, words};
 pub use level::{Label, Level};
 pub use spectra::Spectrum;
-pub use sweep::{Point, Sweep, place, rounded};
+pub use sweep::{DT, Point, Sweep, place, rounded};
 pub use times::Judged;
 
 use faceoff_fem::contact::Method;
@@ -94,6 +95,7 @@ pub struct FaceOff {
 /// Where the mesh comes from.
 #[derive(Debug, Clone)]
 enum Source {
+    Given(Arc<Mesh>),
     File(PathBuf),
     Generated(Cuboid, Cells),
     /// A file that the program carries.
@@ -204,6 +206,19 @@ impl FaceOff {
         reader.read(&text)
     }
 
+    /// Of the text of a form without a mesh, on this one.
+    ///
+    /// # Errors
+    /// As [`FaceOff::read`].
+    pub fn on(text: &str, mesh: Mesh) -> Result<Self> {
+        let reader = Reader {
+            origin: "form.toml".to_owned(),
+            home: ".".into(),
+            given: Some(Arc::new(mesh)),
+        };
+        reader.read(text)
+    }
+
     /// Takes out the codes of a form that cannot solve it here, and returns them with the reasons.
     pub fn without_missing(&mut self) -> Vec<(String, String)> {
         let all = std::mem::take(&mut self.codes);
@@ -270,6 +285,7 @@ impl Source {
     /// The mesh at a refinement, of the file of this name.
     fn mesh(&self, name: &str, n: Option<usize>) -> Result<Mesh> {
         let mut mesh = match self {
+            Source::Given(mesh) => Mesh::clone(mesh),
             Source::Generated(cuboid, Cells::Simplices) => union_mesh(n.unwrap_or(16), cuboid)?,
             Source::Generated(cuboid, Cells::Cubes) => lattice_mesh(n.unwrap_or(16), cuboid)?,
             Source::File(_) | Source::Carried(..) => {

@@ -19,6 +19,7 @@ use faceoff_form::Problem;
 use faceoff_form::elastic::Lowered;
 use faceoff_judge::{On, UpTo};
 use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::mesh::Mesh;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -160,6 +161,8 @@ pub(super) struct Reader {
     pub scene: Option<Arc<Lowered>>,
     /// Does the program carry the file and its mesh?
     pub is_carried: bool,
+    /// The mesh, where it does not come from the file.
+    pub given: Option<Arc<Mesh>>,
 }
 
 impl Reader {
@@ -234,6 +237,9 @@ impl Reader {
         let mut source = None;
         if let Some(table) = file.mesh.take() {
             (source, n) = self.mesh(table)?;
+        }
+        if let Some(mesh) = &self.given {
+            source = Some(Source::Given(mesh.clone()));
         }
         let axes: Vec<Axis> = Axis::refinements(&n).into_iter().chain(list).collect();
         Level::all(&axes).map_err(|what| {

@@ -1,0 +1,340 @@
+//! Random forms in every code: what differs, or moves where it must not, is made smaller while it does, and told once by its cause.
+
+mod trial;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::{OWN, Progress};
+use faceoff_form::random::{Drawn, QUADRANGLES, Random, Shape, Symmetry, TRIANGLES};
+use faceoff_judge::Verdict;
+use faceoff_mesh::cancel;
+use faceoff_mesh::error::{Error, Place, Result};
+use faceoff_mesh::mesh::Mesh;
+pub use trial::{Kind, Suspect};
+use trial::{Trial, symmetric, trial};
+
+/// Problems of one form: what codes have compiled for it they need not compile again.
+const OF_ONE: usize = 3;
+/// Of a form whose mesh no generator makes.
+const FILE: &str = "[mesh]\nfile = \"mesh.msh\"\n";
+/// Of a cause that is a rule of a measure.
+const DEGREE: &str = "(degree=";
+/// At most this many trials are spent on making a finding smaller.
+const TRIES: usize = 40;
+
+/// What is asked.
+pub struct HuntRequest {
+    /// The codes that solve forms, by name; one alone is held against its own answers to images of a problem.
+    pub engines: Vec<String>,
+    /// Of the forms that are drawn.
+    pub seed: u64,
+    /// After so many problems the hunt ends; none: when it is told to.
+    pub count: Option<usize>,
+    /// A code that takes longer than this hangs.
+    pub patience: Duration,
+    /// What an earlier hunt found, which goes on.
+    pub before: Option<HuntOutcome>,
+}
+
+/// What was found.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct HuntOutcome {
+    /// The codes.
+    pub engines: Vec<String>,
+    /// Of the forms that were drawn.
+    pub seed: u64,
+    /// Problems so far.
+    pub problems: usize,
+    /// Forms so far, each of which is that of up to three problems.
+    pub forms: usize,
+    /// Problems on which all codes agree, and which move as they must.
+    pub agree: usize,
+    /// Problems on which answers differ by no more than rounding moves them.
+    pub conditioned: usize,
+    /// Problems that fewer than two codes have an answer to.
+    pub refused: usize,
+    /// Seconds so far.
+    pub seconds: f64,
+    /// One for each fault.
+    pub findings: Vec<Finding>,
+}
+
+/// A fault of a code.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Finding {
+    /// The code that is wrong.
+    pub code: String,
+    /// What it does.
+    pub kind: Kind,
+    /// By what findings are told apart: the change that explains it, or the form in its smallest case.
+    pub cause: String,
+    /// What was found, as a sentence without a full stop.
+    pub words: String,
+    /// The form file of the smallest case; a mesh that no generator makes is `mesh.msh` beside it.
+    pub form: String,
+    /// That mesh.
+    #[serde(skip)]
+    pub grid: Option<Mesh>,
+    /// The mesh in words.
+    pub mesh: String,
+    /// The number of the problem that showed it first, from 1.
+    pub first: usize,
+    /// The number of the form of that problem, from 1.
+    pub form_number: usize,
+    /// How many problems have shown it.
+    pub times: usize,
+    /// How many smaller problems were tried.
+    pub tried: usize,
+}
+
+impl Finding {
+    /// The name of its folder: the code and the place in the list.
+    pub fn name(&self, k: usize) -> String {
+        format!("{}-{}", self.code, k + 1)
+    }
+}
+
+impl HuntOutcome {
+    fn new(request: &HuntRequest) -> Self {
+        HuntOutcome {
+            engines: request.engines.clone(),
+            seed: request.seed,
+            problems: 0,
+            forms: 0,
+            agree: 0,
+            conditioned: 0,
+            refused: 0,
+            seconds: 0.0,
+            findings: Vec::new(),
+        }
+    }
+
+    /// Agree where nothing was found.
+    pub fn verdict(&self) -> Verdict {
+        match (self.findings.is_empty(), self.agree) {
+            (false, _) => Verdict::Disagree,
+            (true, 0) => Verdict::Undetermined,
+            (true, _) => Verdict::Agree,
+        }
+    }
+
+    /// An earlier hunt that goes on with these codes and this seed.
+    ///
+    /// # Errors
+    /// A file that is not of a hunt, or of another one.
+    pub fn read(path: &Path, text: &str, [engines, seed]: [&str; 2]) -> Result<Self> {
+        let refuse = |what: String, remedy: &str| Error::file(path, Place::Whole, what, remedy);
+        let found: HuntOutcome = serde_json::from_str(text)
+            .map_err(|e| refuse(e.to_string(), "name the folder of an earlier hunt"))?;
+        let had = [found.engines.join(","), found.seed.to_string()];
+        if had != [engines, seed] {
+            let [engines, seed] = had;
+            let what = "it is of another hunt".to_owned();
+            let remedy =
+                format!("go on with --engines {engines} --seed {seed}, or take another folder");
+            return Err(refuse(what, &remedy));
+        }
+        Ok(found)
+    }
+}
+
+/// Hunts until the count is reached or the run is ended; `each` hears what there is after each problem.
+///
+/// # Errors
+/// A form that cannot be read, which would be a fault of this program; what `each` cannot keep.
+pub fn hunt(
+    request: &HuntRequest,
+    progress: &dyn Progress,
+    each: &mut dyn FnMut(&HuntOutcome) -> Result<()>,
+) -> Result<HuntOutcome> {
+    let begun = Instant::now();
+    let mut outcome = match &request.before {
+        Some(before) => before.clone(),
+        None => HuntOutcome::new(request),
+    };
+    let (earlier, start) = (outcome.seconds, outcome.problems);
+    let mut kept: Option<(Drawn, Random)> = None;
+    loop {
+        let number = outcome.problems;
+        if request.count.is_some_and(|count| number >= count) {
+            break;
+        }
+        // Each form has its own random numbers, so that a hunt that goes on draws what it would have drawn.
+        let (of_form, turn) = (number / OF_ONE, number % OF_ONE);
+        let (drawn, mut random) = match kept.take() {
+            Some(kept) if turn > 0 => kept,
+            _ => form(request.seed, of_form),
+        };
+        let label = format!("problem {}, {} found", number + 1, outcome.findings.len());
+        let share = match request.count {
+            Some(count) => (number - start) as f64 / (count - start).max(1) as f64,
+            None => 0.0,
+        };
+        progress.next(&label, share);
+        let done = problem(request, &drawn, turn, &mut random, of_form, &mut outcome);
+        match done {
+            Err(Error::Ended(_)) => break,
+            done => done?,
+        }
+        kept = Some((drawn, random));
+        outcome.problems = number + 1;
+        outcome.forms = of_form + 1;
+        outcome.seconds = earlier + begun.elapsed().as_secs_f64();
+        each(&outcome)?;
+        if cancel::check().is_err() {
+            break;
+        }
+    }
+    Ok(outcome)
+}
+
+/// The form of this number.
+fn form(seed: u64, number: usize) -> (Drawn, Random) {
+    let mut random = Random::new(seed.wrapping_mul(1_000_003).wrapping_add(number as u64));
+    // The first numbers of seeds that follow each other are alike.
+    (0..3).for_each(|_| {
+        random.below(2);
+    });
+    let shape = Shape::new(&mut random);
+    let grammar = match shape.is_quadrangles {
+        true => QUADRANGLES,
+        false => TRIANGLES,
+    };
+    (Drawn::new(&mut random, &grammar, shape), random)
+}
+
+/// One problem of a form: the form itself, an image of it, or the same terms with other values on another mesh.
+fn problem(
+    request: &HuntRequest,
+    drawn: &Drawn,
+    turn: usize,
+    random: &mut Random,
+    of_form: usize,
+    outcome: &mut HuntOutcome,
+) -> Result<()> {
+    let symmetry = match of_form % 4 {
+        0 => Symmetry::Turned,
+        1 => Symmetry::Doubled,
+        2 => Symmetry::Halved,
+        _ => Symmetry::Renumbered,
+    };
+    let (drawn, symmetry) = match turn {
+        0 => (drawn.clone(), None),
+        1 => match drawn.image(symmetry) {
+            Some(_) => (drawn.clone(), Some(symmetry)),
+            None => (drawn.clone(), Some(Symmetry::Renumbered)),
+        },
+        _ => {
+            let quadrangles = drawn.shape.is_quadrangles;
+            let shape = Shape {
+                is_quadrangles: quadrangles,
+                ..Shape::new(random)
+            };
+            (drawn.varied(random, shape), None)
+        }
+    };
+    let ask = |drawn: &Drawn, engines: &[String]| match symmetry {
+        Some(symmetry) => symmetric(drawn, symmetry, engines, request.patience),
+        None => trial(drawn, engines, request.patience),
+    };
+    let found = ask(&drawn, &request.engines)?;
+    match found {
+        Trial::Agree => outcome.agree += 1,
+        Trial::Conditioned => outcome.conditioned += 1,
+        Trial::Refused => outcome.refused += 1,
+        Trial::Wrong(suspects) => {
+            for suspect in suspects {
+                keep(request, &drawn, suspect, of_form, outcome, &ask)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Makes what was found smaller, and keeps it where it is not known yet.
+fn keep(
+    request: &HuntRequest,
+    drawn: &Drawn,
+    suspect: Suspect,
+    of_form: usize,
+    outcome: &mut HuntOutcome,
+    ask: &dyn Fn(&Drawn, &[String]) -> Result<Trial>,
+) -> Result<()> {
+    let number = outcome.problems + 1;
+    let is_same = |of: &Suspect| of.code == suspect.code && of.kind == suspect.kind;
+    // The other codes are not needed to see it.
+    let mut engines = vec![suspect.code.clone()];
+    let other = request.engines.iter().find(|name| **name == OWN);
+    engines.extend(other.filter(|own| **own != suspect.code).cloned());
+    if engines.len() < 2 && request.engines.len() > 1 {
+        engines.clone_from(&request.engines);
+    }
+    let wrong = |drawn: &Drawn| match ask(drawn, &engines)? {
+        Trial::Wrong(suspects) => Ok(suspects.into_iter().find(is_same)),
+        _ => Ok(None),
+    };
+    // Where it is right without the rules that measures have of their own, that is its cause whatever else explains it.
+    let rules = match drawn.rules() {
+        Some(rules) if matches!(wrong(&drawn.without_rules()), Ok(None)) => Some(rules),
+        _ => None,
+    };
+    // What is explained as something that is known needs no smaller case.
+    let is_known = |finding: &Finding, cause: &str, is_rule: bool| {
+        let is_code = finding.code == suspect.code && finding.kind == suspect.kind;
+        let of_rules = is_rule && finding.cause.contains(DEGREE);
+        is_code && (of_rules || finding.cause == cause)
+    };
+    let cause = suspect.cause.as_deref().unwrap_or_default();
+    let mut findings = outcome.findings.iter_mut();
+    let known = findings.find(|of| is_known(of, cause, rules.is_some()));
+    if let Some(known) = known {
+        known.times += 1;
+        return Ok(());
+    }
+    let (mut smallest, mut last, mut tried) = (drawn.clone(), suspect.clone(), 0);
+    let mut at = 0;
+    while let Some(simpler) = smallest.simpler().get(at)
+        && tried < TRIES
+    {
+        tried += 1;
+        match wrong(simpler) {
+            Ok(Some(of)) => (smallest, last) = (simpler.clone(), of),
+            Ok(None) => at += 1,
+            // What was found so far counts.
+            Err(Error::Ended(_)) => break,
+            Err(error) => return Err(error),
+        }
+    }
+    let cause = match (rules, last.cause.clone()) {
+        (None, Some(cause)) => cause,
+        _ => smallest.key(),
+    };
+    let mut findings = outcome.findings.iter_mut();
+    let known = findings.find(|of| is_known(of, &cause, cause.contains(DEGREE)));
+    if let Some(known) = known {
+        known.times += 1;
+        return Ok(());
+    }
+    let generator = smallest.shape.generator();
+    let grid = match generator {
+        None => Some(smallest.shape.mesh()?),
+        Some(_) => None,
+    };
+    outcome.findings.push(Finding {
+        code: suspect.code,
+        kind: suspect.kind,
+        cause,
+        words: last.words,
+        form: smallest.text("found") + &generator.unwrap_or_else(|| FILE.to_owned()),
+        grid,
+        mesh: smallest.shape.words(),
+        first: number,
+        form_number: of_form + 1,
+        times: 1,
+        tried,
+    });
+    Ok(())
+}

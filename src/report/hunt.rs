@@ -1,0 +1,108 @@
+//! What a hunt found: a line for each fault, and the smallest form that shows it.
+
+use std::path::Path;
+
+use super::json::Judged;
+use super::model::{Block, Report, Suite, TestCase, Todo, count, duration, table};
+use crate::campaigns::hunt::{Finding, HuntOutcome};
+use crate::text::text;
+use faceoff_judge::Verdict;
+use faceoff_mesh::error::Result;
+
+/// The report of a hunt, whose findings are in a folder.
+///
+/// # Errors
+/// None but of a broken installation.
+pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Report<'a>> {
+    let question = "faceoff hunt: which code is wrong on some weak form?";
+    let verdict = outcome.verdict();
+    let mut report = Report::judging(
+        "hunt",
+        question,
+        verdict,
+        &Judged {
+            verdict,
+            found: outcome,
+        },
+    )?;
+    let found = outcome.findings.len();
+    let problems = count(outcome.problems, "problem");
+    let headline = match found {
+        0 => format!("nothing was found in {problems}"),
+        _ => format!("{} in {problems}", count(found, "fault")),
+    };
+    report.headline = headline.clone().into();
+    report.story.claim = text!("**{headline}**");
+    report.story.rests_on = text!(
+        "{} of {} forms, drawn with seed {}, in {}: {} agree, {} differ by no more than rounding moves them, {} have fewer than two answers. Every answer that \
+         differs was put into its form; images of problems (renumbered, turned, doubled, halved) must give the same integrals.",
+        problems.clone(),
+        outcome.forms.to_string(),
+        outcome.seed.to_string(),
+        outcome.engines.join(", "),
+        outcome.agree.to_string(),
+        outcome.conditioned.to_string(),
+        outcome.refused.to_string()
+    );
+    let findings = outcome.findings.iter();
+    let rows = findings.clone().map(|of| {
+        (
+            of.code.clone(),
+            of.kind.words(),
+            of.cause.clone(),
+            of.first as f64,
+            of.times as f64,
+            of.words.clone(),
+        )
+    });
+    if found > 0 {
+        let table = table!("", rows, |row|
+            "code" => row.0,
+            "does" => row.1,
+            "cause" => row.2,
+            "first in problem" => row.3,
+            "problems" => row.4,
+            "what was found" => row.5
+        );
+        report
+            .story
+            .rest
+            .push(Block::Titled("Faults".into(), table));
+    }
+    for (k, finding) in outcome.findings.iter().enumerate() {
+        report.story.rest.push(Block::Page(vec![
+            Block::heading(2, format!("{} {}", finding.name(k), finding.kind.words())),
+            Block::text(finding.words.clone()),
+            Block::text(format!(
+                "The smallest form that was found, on {}:",
+                finding.mesh
+            )),
+            Block::Commands(vec![finding.form.clone()]),
+        ]));
+    }
+    if let (Some(folder), Some(first)) = (folder, outcome.findings.first()) {
+        let path = folder.join(first.name(0)).join("form.toml");
+        report.story.next.push(Todo::new(
+            "Run the first of them again, in the code and in those that it is held against",
+            [format!("faceoff verify {}", path.display())],
+        ));
+    }
+    let cases = outcome.engines.iter().map(|code| {
+        let wrong: Vec<&Finding> = outcome
+            .findings
+            .iter()
+            .filter(|of| of.code == *code)
+            .collect();
+        let words: Vec<&str> = wrong.iter().map(|of| &*of.words).collect();
+        let verdict = match (wrong.is_empty(), verdict) {
+            (false, _) => Verdict::Disagree,
+            (true, Verdict::Undetermined) => Verdict::Undetermined,
+            (true, _) => Verdict::Agree,
+        };
+        TestCase::new("hunt", code.clone(), verdict, words.join("; "))
+    });
+    report.suites.push(Suite::new("hunt", cases));
+    let took = duration(outcome.seconds).text();
+    report.notes.push(text!("It took {took}."));
+    Ok(report)
+}
