@@ -72,6 +72,8 @@ fn orders_of_elastic(arguments: &Orders, names: &[String], to: &Output) -> Resul
         store: None,
         against: None,
         diagnose: false,
+        // Against the exact solution.
+        alone: true,
     };
     let mut outcomes = Vec::new();
     for name in names {

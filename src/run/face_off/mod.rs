@@ -215,6 +215,8 @@ impl FaceOff {
             origin: "form.toml".to_owned(),
             home: ".".into(),
             given: Some(Arc::new(mesh)),
+            scene: None,
+            is_carried: false,
         };
         reader.read(text)
     }
@@ -292,7 +294,7 @@ impl Source {
                 let mut mesh = match self {
                     Source::Carried(name, bytes) => io::parse(name.as_ref(), bytes, None)?.mesh,
                     Source::File(path) => io::read(path)?,
-                    Source::Generated(..) => Mesh::default(),
+                    Source::Generated(..) | Source::Given(_) => Mesh::default(),
                 };
                 let times = n.unwrap_or(1);
                 if !times.is_power_of_two() {

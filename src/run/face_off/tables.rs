@@ -11,7 +11,7 @@ use super::form::{in_full, not_open};
 use super::integrals::misplaced;
 use super::level::{Axis, Level};
 use super::source::MeshTable;
-use super::{Asked, FaceOff, Formula, Judged, Same};
+use super::{Asked, FaceOff, Formula, Judged, Same, Source};
 use crate::engine::{self, Form, Script, fill};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
