@@ -52,7 +52,7 @@ fn planted_faults_are_found_and_made_small() {
         (
             "sed -i 's/N\\.x/(-N.x)/g; s/N\\.y/(-N.y)/g' \"$script\"",
             "rust,freefem",
-            45,
+            40,
             "wrong",
             "n",
         ),
@@ -60,7 +60,7 @@ fn planted_faults_are_found_and_made_small() {
         (
             "sed -i 's/qf5pT/qf2pT/g' \"$script\"",
             "rust,freefem",
-            9,
+            24,
             "wrong",
             "rule",
         ),
@@ -72,11 +72,11 @@ fn planted_faults_are_found_and_made_small() {
             "moves",
             "turned",
         ),
-        ("kill -SEGV $$", "rust,freefem", 3, "crashes", "signal: 11"),
+        ("kill -SEGV $$", "rust,freefem", 8, "crashes", "signal: 11"),
         (
             "sleep 60",
             "rust,freefem --patience 0.5s",
-            1,
+            6,
             "hangs",
             "did not end within 0.5 s",
         ),

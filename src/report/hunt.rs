@@ -5,7 +5,8 @@ use std::path::Path;
 use super::json::Judged;
 use super::model::{Block, Report, Suite, TestCase, Todo, count, duration, table};
 use crate::campaigns::hunt::{Finding, HuntOutcome};
-use crate::text::text;
+use crate::text::number::whole;
+use crate::text::{Text, text};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -50,9 +51,9 @@ pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Repor
             of.code.clone(),
             of.kind.words(),
             of.cause.clone(),
-            of.first as f64,
-            of.times as f64,
-            of.words.clone(),
+            whole(of.first),
+            whole(of.times),
+            Text::message(&of.words),
         )
     });
     if found > 0 {
@@ -72,7 +73,7 @@ pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Repor
     for (k, finding) in outcome.findings.iter().enumerate() {
         report.story.rest.push(Block::Page(vec![
             Block::heading(2, format!("{} {}", finding.name(k), finding.kind.words())),
-            Block::text(finding.words.clone()),
+            Block::text(Text::message(&finding.words)),
             Block::text(format!(
                 "The smallest form that was found, on {}:",
                 finding.mesh

@@ -13,11 +13,11 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::mesh::Mesh;
+use trial::{Integrals, Trial, symmetric, trial};
 pub use trial::{Kind, Suspect};
-use trial::{Trial, symmetric, trial};
 
 /// Problems of one form: what codes have compiled for it they need not compile again.
-const OF_ONE: usize = 3;
+const OF_ONE: usize = 4;
 /// Of a form whose mesh no generator makes.
 const FILE: &str = "[mesh]\nfile = \"mesh.msh\"\n";
 /// Of a cause that is a rule of a measure.
@@ -48,7 +48,7 @@ pub struct HuntOutcome {
     pub seed: u64,
     /// Problems so far.
     pub problems: usize,
-    /// Forms so far, each of which is that of up to three problems.
+    /// Forms so far, each of which is that of up to four problems.
     pub forms: usize,
     /// Problems on which all codes agree, and which move as they must.
     pub agree: usize,
@@ -156,7 +156,7 @@ pub fn hunt(
         None => HuntOutcome::new(request),
     };
     let (earlier, start) = (outcome.seconds, outcome.problems);
-    let mut kept: Option<(Drawn, Random)> = None;
+    let mut kept: Option<(Drawn, Random, Option<Integrals>)> = None;
     loop {
         let number = outcome.problems;
         if request.count.is_some_and(|count| number >= count) {
@@ -164,9 +164,14 @@ pub fn hunt(
         }
         // Each form has its own random numbers, so that a hunt that goes on draws what it would have drawn.
         let (of_form, turn) = (number / OF_ONE, number % OF_ONE);
-        let (drawn, mut random) = match kept.take() {
+        let (drawn, mut random, before) = match kept.take() {
             Some(kept) if turn > 0 => kept,
-            _ => form(request.seed, of_form),
+            _ => {
+                // What was drawn for the problems of this form that an earlier hunt had.
+                let (drawn, mut random) = form(request.seed, of_form);
+                (2..turn).for_each(|_| drop(another(&drawn, &mut random)));
+                (drawn, random, None)
+            }
         };
         let label = format!("problem {}, {} found", number + 1, outcome.findings.len());
         let share = match request.count {
@@ -174,12 +179,12 @@ pub fn hunt(
             None => 0.0,
         };
         progress.next(&label, share);
-        let done = problem(request, &drawn, turn, &mut random, of_form, &mut outcome);
-        match done {
+        let of = (&drawn, turn, before.as_ref());
+        let integrals = match problem(request, of, &mut random, of_form, &mut outcome) {
             Err(Error::Ended(_)) => break,
             done => done?,
-        }
-        kept = Some((drawn, random));
+        };
+        kept = Some((drawn, random, integrals));
         outcome.problems = number + 1;
         outcome.forms = of_form + 1;
         outcome.seconds = earlier + begun.elapsed().as_secs_f64();
@@ -194,10 +199,6 @@ pub fn hunt(
 /// The form of this number.
 fn form(seed: u64, number: usize) -> (Drawn, Random) {
     let mut random = Random::new(seed.wrapping_mul(1_000_003).wrapping_add(number as u64));
-    // The first numbers of seeds that follow each other are alike.
-    (0..3).for_each(|_| {
-        random.below(2);
-    });
     let shape = Shape::new(&mut random);
     let grammar = match shape.is_quadrangles {
         true => QUADRANGLES,
@@ -206,52 +207,54 @@ fn form(seed: u64, number: usize) -> (Drawn, Random) {
     (Drawn::new(&mut random, &grammar, shape), random)
 }
 
-/// One problem of a form: the form itself, an image of it, or the same terms with other values on another mesh.
+/// The same terms with other values on another mesh.
+fn another(drawn: &Drawn, random: &mut Random) -> Drawn {
+    let shape = Shape {
+        is_quadrangles: drawn.shape.is_quadrangles,
+        ..Shape::new(random)
+    };
+    drawn.varied(random, shape)
+}
+
+/// One problem of a form: the form itself, an image of it, or the same terms with other values on another mesh. The integrals of the answers to
+/// the form itself are returned, for its image.
 fn problem(
     request: &HuntRequest,
-    drawn: &Drawn,
-    turn: usize,
+    (drawn, turn, before): (&Drawn, usize, Option<&Integrals>),
     random: &mut Random,
     of_form: usize,
     outcome: &mut HuntOutcome,
-) -> Result<()> {
-    let symmetry = match of_form % 4 {
+) -> Result<Option<Integrals>> {
+    // Codes that compile forms need not do so for another order.
+    let symmetry = match of_form % 6 {
         0 => Symmetry::Turned,
-        1 => Symmetry::Doubled,
-        2 => Symmetry::Halved,
+        2 => Symmetry::Doubled,
+        4 => Symmetry::Halved,
         _ => Symmetry::Renumbered,
     };
     let (drawn, symmetry) = match turn {
         0 => (drawn.clone(), None),
-        1 => match drawn.image(symmetry) {
-            Some(_) => (drawn.clone(), Some(symmetry)),
-            None => (drawn.clone(), Some(Symmetry::Renumbered)),
-        },
-        _ => {
-            let quadrangles = drawn.shape.is_quadrangles;
-            let shape = Shape {
-                is_quadrangles: quadrangles,
-                ..Shape::new(random)
-            };
-            (drawn.varied(random, shape), None)
-        }
+        1 if drawn.image(symmetry).is_some() => (drawn.clone(), Some(symmetry)),
+        1 => (drawn.clone(), Some(Symmetry::Renumbered)),
+        _ => (another(drawn, random), None),
     };
-    let ask = |drawn: &Drawn, engines: &[String]| match symmetry {
-        Some(symmetry) => symmetric(drawn, symmetry, engines, request.patience),
+    let ask = |drawn: &Drawn, engines: &[String], before: Option<&Integrals>| match symmetry {
+        Some(symmetry) => symmetric((drawn, before), symmetry, engines, request.patience),
         None => trial(drawn, engines, request.patience),
     };
-    let found = ask(&drawn, &request.engines)?;
+    let (found, integrals) = ask(&drawn, &request.engines, before)?;
     match found {
         Trial::Agree => outcome.agree += 1,
         Trial::Conditioned => outcome.conditioned += 1,
         Trial::Refused => outcome.refused += 1,
         Trial::Wrong(suspects) => {
             for suspect in suspects {
+                let ask = |drawn: &Drawn, engines: &[String]| Ok(ask(drawn, engines, None)?.0);
                 keep(request, &drawn, suspect, of_form, outcome, &ask)?;
             }
         }
     }
-    Ok(())
+    Ok(Some(integrals))
 }
 
 /// Makes what was found smaller, and keeps it where it is not known yet.

@@ -117,15 +117,15 @@ fn solved(
     Ok(Some((outcome, begun.elapsed().as_secs_f64())))
 }
 
-/// What is wrong with the answers to a problem.
+/// What is wrong with the answers to a problem, and their integrals.
 ///
 /// # Errors
 /// A form that cannot be read; an interruption.
-pub fn trial(drawn: &Drawn, engines: &[String], patience: Duration) -> Result<Trial> {
+pub fn trial(drawn: &Drawn, engines: &[String], patience: Duration) -> Result<(Trial, Integrals)> {
     let Some((outcome, seconds)) = solved(drawn, engines, patience)? else {
-        return Ok(Trial::Refused);
+        return Ok((Trial::Refused, Integrals::new()));
     };
-    Ok(judged(&outcome, seconds, patience))
+    Ok((judged(&outcome, seconds, patience), integrals(&outcome)))
 }
 
 fn judged(outcome: &FaceOffOutcome, seconds: f64, patience: Duration) -> Trial {
@@ -216,9 +216,11 @@ fn shortened(words: &str) -> String {
     }
 }
 
-/// The integrals of each code's answer, by code.
-fn integrals(outcome: &FaceOffOutcome) -> BTreeMap<String, Vec<(String, f64)>> {
-    let mut all: BTreeMap<String, Vec<(String, f64)>> = BTreeMap::new();
+/// The integrals of each code's answer, by name.
+pub type Integrals = BTreeMap<String, Vec<(String, f64)>>;
+
+fn integrals(outcome: &FaceOffOutcome) -> Integrals {
+    let mut all = Integrals::new();
     for number in &outcome.numbers {
         for (code, value) in number.rows.iter().flat_map(|row| &row.values) {
             let of = all.entry(code.clone()).or_default();
@@ -228,30 +230,28 @@ fn integrals(outcome: &FaceOffOutcome) -> BTreeMap<String, Vec<(String, f64)>> {
     all
 }
 
-/// What is wrong with the answers to an image of a problem: as of any problem, or beside the answers to the problem itself.
+/// What is wrong with the answers to an image of a problem: as of any problem, or beside the answers to the problem itself, whose integrals may
+/// be known.
 ///
 /// # Errors
 /// As [`trial`].
 pub fn symmetric(
-    drawn: &Drawn,
+    (drawn, before): (&Drawn, Option<&Integrals>),
     symmetry: Symmetry,
     engines: &[String],
     patience: Duration,
-) -> Result<Trial> {
+) -> Result<(Trial, Integrals)> {
     let Some(image) = drawn.image(symmetry) else {
-        return Ok(Trial::Refused);
+        return Ok((Trial::Refused, Integrals::new()));
     };
-    let Some((of_image, seconds)) = solved(&image, engines, patience)? else {
-        return Ok(Trial::Refused);
-    };
-    let found = judged(&of_image, seconds, patience);
+    let (found, after) = trial(&image, engines, patience)?;
     if !matches!(found, Trial::Agree) {
-        return Ok(found);
+        return Ok((found, after));
     }
-    let Some((of_itself, _)) = solved(drawn, engines, patience)? else {
-        return Ok(Trial::Refused);
+    let before = match before {
+        Some(before) => before.clone(),
+        None => trial(drawn, engines, patience)?.1,
     };
-    let [before, after] = [&of_itself, &of_image].map(integrals);
     let mut suspects = Vec::new();
     for (code, values) in &after {
         let Some(own) = before.get(code) else {
@@ -276,9 +276,10 @@ pub fn symmetric(
         }
     }
     // A problem that all of them see move is ill-conditioned.
-    Ok(match suspects.len() {
+    let found = match suspects.len() {
         0 => Trial::Agree,
         all if all == after.len() && all > 1 => Trial::Conditioned,
         _ => Trial::Wrong(suspects),
-    })
+    };
+    Ok((found, before))
 }

@@ -178,12 +178,12 @@ impl Editor<'_> {
             .and_then(|k| field(Field::Datum(k)))
     }
 
-    /// The rule of a measure with a degree, which the frame has made.
-    fn own_rule(&self, dim: usize, degree: usize) -> String {
+    /// The rule of a measure with a degree, which the frame has made; none where it is that of all measures.
+    fn own_rule(&self, dim: usize, degree: usize) -> Option<String> {
         let rule = self.problem.cells.exact(dim, degree);
         let mut all = self.problem.all_rules().into_iter();
         let at = all.rposition(|known| known == rule).unwrap_or(0);
-        format!("metadata=md{at}")
+        (at > 1).then(|| format!("metadata=md{at}"))
     }
 
     fn call(&mut self, term: &Term, function: &Term, arguments: &[Term]) {
@@ -223,11 +223,15 @@ impl Editor<'_> {
                     several => Some(format!("({})", several.join(", "))),
                 };
                 let own = match own {
-                    Some(Kind::Number(degree)) => Some(self.own_rule(dim, *degree as usize)),
+                    Some(Kind::Number(degree)) => self.own_rule(dim, *degree as usize),
                     _ => None,
                 };
                 let all: Vec<String> = all.into_iter().chain(own).collect();
-                return self.replace(term.start, term.end, format!("{name}({})", all.join(", ")));
+                let new = match all.is_empty() {
+                    true => name.clone(),
+                    false => format!("{name}({})", all.join(", ")),
+                };
+                return self.replace(term.start, term.end, new);
             }
             "log" => "ln",
             "max" | "pos" => "max_value",

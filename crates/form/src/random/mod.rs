@@ -14,9 +14,13 @@ use terms::{BROKEN, SCALAR, VECTOR, WHOLE};
 pub struct Random(u64);
 
 impl Random {
-    /// Those of a seed.
+    /// Those of a seed; seeds that follow each other have nothing in common.
     pub fn new(seed: u64) -> Self {
-        Random(seed)
+        let mut mixed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        for factor in [0xbf58_476d_1ce4_e5b9, 0x94d0_49bb_1331_11eb] {
+            mixed = (mixed ^ (mixed >> 30)).wrapping_mul(factor);
+        }
+        Random(mixed ^ (mixed >> 31))
     }
 
     /// A number from 0 on.
