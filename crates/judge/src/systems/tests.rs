@@ -1,5 +1,5 @@
 use super::difference::compare as compared;
-use super::{Compared, Coordinates, DofTable, Result, Settings, System, Verdict};
+use super::{Compared, Coordinates, DofTable, Region, Result, Settings, System, Verdict};
 
 fn compare(a: System, b: System, settings: &Settings) -> Result<Compared> {
     compared(&a, &b, settings)
@@ -157,6 +157,37 @@ fn constraints_are_equal_however_they_are_kept() {
     let found = compare(all[0].clone(), free, &settings()).unwrap();
     assert_eq!(found.constrained.only, [1, 0]);
     assert_eq!(found.verdict, Verdict::Disagree);
+}
+
+/// Places are told by one group, or by the fewest that have all rows together.
+#[test]
+fn rows_are_told_by_the_groups_that_have_them() {
+    let free = rod(8, 1.0, 1.0, &same);
+    let held = |rows: &[usize]| {
+        edited(&free, |i, j, a| match (rows.contains(&i), i == j) {
+            (true, same) => f64::from(u8::from(same)),
+            _ => a,
+        })
+    };
+    let region = |name: &str, places: &[f64]| Region {
+        name: name.into(),
+        places: places.iter().map(|x| [*x, 0.0, 0.0]).collect(),
+    };
+    let settings = Settings {
+        regions: vec![
+            region("left", &[0.0]),
+            region("right", &[1.0]),
+            region("middle", &[0.375, 0.5, 0.625]),
+        ],
+        ..settings()
+    };
+    let groups = |rows: &[usize]| {
+        let found = compare(held(rows), free.clone(), &settings).unwrap();
+        found.constrained.only_where.unwrap().groups
+    };
+    assert_eq!(groups(&[8]), ["right"]);
+    assert_eq!(groups(&[0, 8]), ["left", "right"]);
+    assert_eq!(groups(&[0, 1]), [""; 0]);
 }
 
 /// Moments with other signs and lengths are the same unknowns.
