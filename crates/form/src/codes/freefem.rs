@@ -93,7 +93,7 @@ const RESERVED: &str = "eigenvalues modes mass shifted converged M folder writeS
     mesh mesh3 real int func macro varf string result order file values fixed held dx dy dz dxx dyy jump mean average on int1d int2d int3d \
     P0 P1 P2 P3 P1nc P1dc P2dc P1b sin C D from to own drawnBack cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
     trunc matrix complex bool if else for while break continue return try catch true false verbosity ARGV CG LU UMFPACK sparsesolver \
-    clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK edge Rh circumradius facetlength name reads writes done j there value where out Hh DP qf1pE qf2pE qf3pE qf5pE qf2pT qf5pT qfV2 qfV5 readmesh readmesh3 given rest least moments M row gap J0 rm dm n RT0 RT03d RT0Ortho Edge03d dxy dxz dyy dyz dzz mean dofs P1dc3d phase s";
+    clock exit assert load include plot border solve problem fespace ofstream ifstream set qft qfe qfV tgv solver hK edge Rh circumradius facetlength name reads writes done j there value where out Hh DP qf1pE qf2pE qf3pE qf5pE qf2pT qf5pT qfV2 qfV5 readmesh readmesh3 given rest least moments M row gap J0 rm dm n RT0 RT03d RT0Ortho Edge03d dxy dxz dyy dyz dzz mean dofs P1dc3d phase lengths";
 
 fn element(problem: &Problem, space: Space) -> Result<String, String> {
     let dim = problem.dim;
