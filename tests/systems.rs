@@ -442,8 +442,7 @@ const SPACES: [[&str; 5]; 16] = [
 const POISSON: &str = "dot(grad(u), grad(v))*dx + u*v*dx - exp(x)*v*dx";
 const DARCY_FORM: &str = "dot(q, test.q)*dx - p*div(test.q)*dx + (x - y - div(q))*test.p*dx";
 const CUBIC: &str = "(1 + u*u)*dot(grad(u), grad(v))*dx + u*u*u*v*dx - exp(x)*v*dx";
-const NAVIER: &str =
-    "inner(grad(u), grad(v))*dx + dot(dot(grad(u), u), v)*dx - p*div(v)*dx - q*div(u)*dx - x*v[0]*dx";
+const NAVIER: &str = "inner(grad(u), grad(v))*dx + dot(dot(grad(u), u), v)*dx - p*div(v)*dx - q*div(u)*dx - x*v[0]*dx";
 const LAME: &str = "inner(sym(grad(u)), sym(grad(v)))*dx + 3*div(u)*div(v)*dx - x*v[1]*dx";
 const STOKES_FORM: &str = "inner(grad(u), grad(v))*dx - p*div(v)*dx - q*div(u)*dx - x*v[0]*dx";
 
