@@ -70,7 +70,7 @@ pub const ELASTIC: Code = Code {
 };
 
 /// Names that the scheme has.
-const OF_SCHEME: &str = "mu lambda divergence strain stress11 stress22 stress12 traction1 traction2 un sigman gamma Pn law dLaw contactTest ut sigmat Pt slip dSlip slipTest \
+const OF_SCHEME: &str = "mu lambda divergence strain stress11 stress22 stress12 traction1 traction2 un sigman Pn law dLaw contactTest ut sigmat Pt slip dSlip slipTest \
     shear dShear overJumps loads tractionsOn energy elasticResidual elasticDerivative e1 e2 s f1 f2 t1 t2 psi GammaC GammaN onCells onFaces planeStress hasJumps hasLoad hasTractions hasFriction hasCoulomb coefficient radius dRadius";
 
 const STYLE: Style = Style {

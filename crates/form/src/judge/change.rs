@@ -307,6 +307,8 @@ impl Change {
             Change::Factor { .. } => 2,
             Change::Rule { .. } | Change::Data { .. } | Change::One { .. } => 3,
             Change::Size { .. } | Change::Normal { .. } | Change::Coordinates { .. } => 3,
+            // Where all cells are alike, the plain one is told.
+            Change::Obstacle { by: Penalty::OverH } => 4,
             Change::Uncoupled | Change::Obstacle { .. } => 3,
             Change::Transposed { .. } | Change::Moved { .. } => 4,
             Change::Group { .. } | Change::Mass { .. } => 5,

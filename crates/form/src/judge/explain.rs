@@ -154,7 +154,10 @@ impl<'a> Changes<'a> {
     fn factor(&self, change: usize, delta: f64) -> f64 {
         match &self.changes[change] {
             Change::Parameter { parameter } => self.residual.parameters[*parameter] + delta,
-            Change::Mass { .. } | Change::Varying { .. } | Change::Slope { .. } => delta,
+            Change::Mass { .. }
+            | Change::Varying { .. }
+            | Change::Slope { .. }
+            | Change::Obstacle { .. } => delta,
             change if change.is_whole() => 1.0,
             _ => 1.0 + delta,
         }

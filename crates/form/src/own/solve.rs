@@ -4,18 +4,19 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Mesh;
 
-use super::assemble::{Assembler, Wanted};
+use super::assemble::{Assembler, System, Wanted};
 use super::batch::State;
 use super::held::{Held, held, initial};
 use super::reduced::Reduced;
 use crate::problem::Problem;
 
 /// Newton's method takes no more steps than this.
-const MOST_STEPS: usize = 60;
-/// So many of them are whole, as in all scripts. Where these have not ended, active sets return, and the residual has to fall.
+const MOST_STEPS: usize = 200;
+/// So many of them are whole, as in all scripts. Where these have not ended, active sets return: from then on each is the part
+/// that leaves the smallest residual.
 const WHOLE_STEPS: usize = 12;
 /// A step is halved at most so often.
-const HALVINGS: usize = 6;
+const HALVINGS: i32 = 6;
 /// The last increment, over the largest dof.
 const SMALL: f64 = 1e-10;
 
@@ -111,27 +112,13 @@ fn newton(
         let part = if whole {
             1.0
         } else {
-            damped(assembler, held, state, u, &d, &system.residual)
+            damped(assembler, held, state, u, &d, &system)
         };
         move_by(held, u, &d, part);
         finite(&assembler.problem, u)?;
         with(u);
-        if std::env::var_os("H61").is_some() {
-            eprintln!(
-                "step {step} part {part} r {:e} d {:e}",
-                system
-                    .residual
-                    .iter()
-                    .zip(&held.is_held)
-                    .filter(|(_, h)| !**h)
-                    .map(|(r, _)| r * r)
-                    .sum::<f64>()
-                    .sqrt(),
-                d.iter().fold(0.0_f64, |m, x| m.max(x.abs()))
-            );
-        }
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        if part * largest(&d) <= SMALL * largest(u) && part >= 1.0 {
+        if largest(&d) <= SMALL * largest(u) {
             return Ok(step);
         }
     }
@@ -155,35 +142,41 @@ fn move_by(held: &Held, u: &mut [f64], d: &[f64], part: f64) {
     }
 }
 
-/// The part of an increment after which the residual of the free dofs is smaller, the whole of it where that is enough; if there is none, the part after which
-/// it is smallest.
+/// The part of an increment after which the residual of the free dofs is smallest, each row over its diagonal entry: rows of a material that is nearly
+/// incompressible are of sizes that have nothing to do with each other.
 fn damped(
     assembler: &Assembler,
     held: &Held,
     state: State,
     u: &[f64],
     d: &[f64],
-    residual: &[f64],
+    system: &System,
 ) -> f64 {
-    let size = |r: &[f64]| {
-        let free = r.iter().zip(&held.is_held).filter(|(_, held)| !**held);
-        free.map(|(r, _)| r * r).sum::<f64>().sqrt()
-    };
-    let before = size(residual);
-    let (mut best, mut smallest, mut part) = (1.0, f64::INFINITY, 1.0);
-    for _ in 0..=HALVINGS {
+    let mut diagonal = vec![0.0; u.len()];
+    assembler
+        .pattern
+        .for_rows(&assembler.dofs, |dof, columns, at| {
+            let own = columns.iter().position(|column| *column as usize == dof);
+            diagonal[dof] = own.map_or(0.0, |k| system.matrix[at + k].abs());
+        });
+    let size = |part: f64| {
         let mut there = u.to_vec();
         move_by(held, &mut there, d, part);
         let at = State { u: &there, ..state };
-        let after = size(&assembler.assemble(at, Wanted::Residual).residual);
-        // NaN is no fall.
-        if after <= (1.0 - 0.25 * part) * before {
-            return part;
+        let residual = assembler.assemble(at, Wanted::Residual).residual;
+        let rows = residual.iter().zip(&diagonal).zip(&held.is_held);
+        let rows = rows.filter(|(_, is_held)| !**is_held);
+        rows.map(|((r, a), _)| if *a > 0.0 { (r / a).powi(2) } else { r * r })
+            .sum::<f64>()
+    };
+    let (mut best, mut smallest) = (1.0, f64::INFINITY);
+    for k in 0..=HALVINGS {
+        let part = 0.5_f64.powi(k);
+        let there = size(part);
+        // NaN is not smaller.
+        if there < smallest {
+            (best, smallest) = (part, there);
         }
-        if after < smallest {
-            (best, smallest) = (part, after);
-        }
-        part /= 2.0;
     }
     best
 }
