@@ -222,3 +222,73 @@ fn a_table_is_compared_with_a_function_on_a_given_mesh() {
         typed.stderr
     );
 }
+
+/// A function of BDM1 by scikit-fem, on cells and by its moments on edges.
+const BDM: &str = r#"import meshio
+import numpy as np
+from skfem import Basis, ElementTriBDM1, FacetBasis, MeshTri
+
+mesh = MeshTri().refined(2)
+element = ElementTriBDM1()
+u = np.random.default_rng(1).standard_normal(Basis(mesh, element).N)
+corners = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+points = np.pad(mesh.mapping().F(corners), ((0, 1), (0, 0), (0, 0))).transpose(1, 2, 0).reshape(-1, 3)
+cells = [("triangle", np.arange(len(points)).reshape(-1, 3))]
+q = np.asarray(Basis(mesh, element, quadrature=(corners, np.ones(3))).interpolate(u))
+meshio.Mesh(points, cells, point_data={"q": q.transpose(1, 2, 0).reshape(-1, 2)}).write("q.vtu")
+meshio.Mesh(np.pad(mesh.p.T, ((0, 0), (0, 1))), [("triangle", mesh.t.T)]).write("mesh.vtu")
+t, w = np.array([0.5 - 0.75**0.5/3, 0.5 + 0.75**0.5/3]), np.array([0.5, 0.5])
+edges = FacetBasis(mesh, element, facets=np.arange(mesh.nfacets), quadrature=(t[None], w))
+x, y = np.asarray(edges.interpolate(u))
+along = mesh.p[:, mesh.facets[1]] - mesh.p[:, mesh.facets[0]]
+flux = x*along[1][:, None] - y*along[0][:, None]
+moments = np.array([flux @ (w*(1 - t)), flux @ (w*t)])
+with open("q.csv", "w") as file:
+    file.write("v0,v1,q0,q1\n")
+    file.writelines(f"{a},{b},{m!r},{n!r}\n" for (a, b), m, n in zip(mesh.facets.T.tolist(), *moments.tolist()))
+"#;
+
+#[test]
+fn moments_of_scikit_fem_are_a_function_of_bdm1() {
+    let folder = folder();
+    let at = folder.path();
+    let python = source("target/python/bin/python");
+    let words = [
+        "compare",
+        "q.vtu",
+        "q.csv",
+        "--mesh",
+        "mesh.vtu",
+        "--pair",
+        "q=BDM1(q)",
+        "--only",
+        "q",
+        "--rtol",
+        "1e-12",
+    ];
+    for (from, to, expected) in [
+        ("*moments.tolist()", "*moments.tolist()", Some(0)),
+        // The two weights exchanged, and the flux of the edge alone.
+        ("*moments.tolist()", "*moments[::-1].tolist()", Some(1)),
+        (
+            "flux @ (w*(1 - t)), flux @ (w*t)",
+            "flux @ w/2, flux @ w/2",
+            Some(1),
+        ),
+    ] {
+        assert!(BDM.contains(from));
+        write(at, "bdm.py", &BDM.replace(from, to));
+        let ran = std::process::Command::new(&python)
+            .arg("bdm.py")
+            .current_dir(at)
+            .output()
+            .unwrap();
+        assert!(
+            ran.status.success(),
+            "{}",
+            String::from_utf8_lossy(&ran.stderr)
+        );
+        let ran = run(at, &words);
+        assert_eq!(ran.code, expected, "{to}: {}{}", ran.stdout, ran.stderr);
+    }
+}

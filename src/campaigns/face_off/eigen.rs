@@ -175,29 +175,44 @@ fn mode(asked: &Spectrum, form: &Problem, code: &Code, result: &Mesh, number: &s
     mesh
 }
 
-/// The worst pair of a code in the form a(u, v) - λ m(u, v), and what it solves instead.
+/// So many pairs of a code are looked at for what it solves instead.
+const LOOKED_AT: usize = 12;
+
+/// Pairs of a code in the form a(u, v) - λ m(u, v), the worst and others, and what they solve instead: what most of them do, as one mode may not
+/// show all of a fault.
 ///
 /// # Errors
-/// As [`InForm::new`]; an eigenvalue that the code has not written.
+/// As [`InForm::new`]; no eigenvalues.
 pub(super) fn explain(
     of: &FaceOff,
     asked: &Spectrum,
     (form, mesh): (&Problem, &Mesh),
     player: &Player,
     left: &Left,
-    value: f64,
+    worst: f64,
 ) -> Result<InForm> {
     let code = player.code;
-    let all = values(asked, code, left);
-    let number = all.iter().find(|(own, _)| *own == value);
-    let (_, number) = number.ok_or_else(|| {
-        Error::usage(
-            format!("{} has no eigenvalue {value}", player.name),
-            "report this",
-        )
-    })?;
-    of.first(code, left, |result, _| {
-        let mode = mode(asked, form, code, result, number);
-        InForm::new(&form.pencil(value), mesh, &mode)
-    })
+    let mut all = values(asked, code, left);
+    all.sort_by(|x, y| {
+        let is_other = |(value, _): &(f64, String)| *value != worst;
+        is_other(x).cmp(&is_other(y)).then(x.0.total_cmp(&y.0))
+    });
+    let mut found: Vec<InForm> = Vec::new();
+    for (value, number) in all.iter().take(LOOKED_AT) {
+        found.push(of.first(code, left, |result, _| {
+            let mode = mode(asked, form, code, result, number);
+            InForm::new(&form.pencil(*value), mesh, &mode)
+        })?);
+    }
+    let words = |found: &InForm| found.cause().map(ToString::to_string);
+    let causes: Vec<Option<String>> = found.iter().map(words).collect();
+    let count = |k: usize| causes.iter().filter(|cause| **cause == causes[k]).count();
+    let known = (0..found.len()).filter(|k| causes[*k].is_some());
+    // Of several the first, where the worst is.
+    let best = known.rev().max_by_key(|k| count(*k)).unwrap_or(0);
+    if best < found.len() {
+        return Ok(found.swap_remove(best));
+    }
+    let what = format!("{} has no eigenvalues", player.name);
+    Err(Error::usage(what, "let it write them"))
 }

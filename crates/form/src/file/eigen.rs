@@ -18,8 +18,21 @@ pub(super) struct Given<'a> {
 }
 
 impl<'a> File<'a> {
-    /// The keys beside a and the degrees.
-    pub(super) fn eigen(&self, entry: &Entry<'a>, keys: &[Entry<'a>]) -> Result<Given<'a>> {
+    /// The keys beside a and the degrees, of a file with these tables.
+    pub(super) fn eigen(
+        &self,
+        entry: &Entry<'a>,
+        keys: &[Entry<'a>],
+        tables: &[Entry<'a>],
+    ) -> Result<Given<'a>> {
+        for key in ["time", "initial", "mean", "fields", "numbers"] {
+            if let Some(entry) = tables.iter().find(|entry| entry.key == key) {
+                let what = format!("an eigenproblem has no [{key}]");
+                let remedy =
+                    "leave it out; [spectra.NAME] says how eigenvalues and modes are compared";
+                return Err(self.refuse(entry.place.start, what, remedy));
+            }
+        }
         let at = entry.place.start;
         let find = |key: &str| keys.iter().find(|entry| entry.key == key);
         let mass = find("m").ok_or_else(|| {
@@ -73,14 +86,6 @@ impl<'a> File<'a> {
         given: &Given<'_>,
     ) -> Result<()> {
         let refuse = |at: usize, what: &str, remedy: &str| Err(self.refuse(at, what, remedy));
-        for key in ["time", "initial", "mean", "fields", "numbers"] {
-            if let Some(entry) = tables.iter().find(|entry| entry.key == key) {
-                let what = format!("an eigenproblem has no [{key}]");
-                let remedy =
-                    "leave it out; [spectra.NAME] says how eigenvalues and modes are compared";
-                return refuse(entry.place.start, &what, remedy);
-            }
-        }
         if problem.unknowns.len() > 1 {
             let what = "an eigenproblem is of one unknown, and there are several";
             return refuse(given.at, what, "keep one space, which may be of vectors");

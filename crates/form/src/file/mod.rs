@@ -266,7 +266,7 @@ impl<'a> File<'a> {
             "a" => {
                 let keys = ["a", "m", "count", "shift", "degree", "facet_degree"];
                 self.known(&form, &keys)?;
-                Some(self.eigen(table, &form)?)
+                Some(self.eigen(table, &form, &tables)?)
             }
             _ => {
                 self.known(&form, &["F", "degree", "facet_degree"])?;
