@@ -1,34 +1,13 @@
 //! Eigenproblems: u and λ with a(u, v) = λ m(u, v) for all test functions v, both forms symmetric.
 
-use crate::language::Formula;
 use crate::problem::{Integral, Problem};
 use crate::scalar::{Field, Leaf};
 use crate::swap;
 
-/// Scripts find so many eigenvalues more than are asked for: the last of them may be one of several that are equal, whose modes are a space.
-const MORE: usize = 4;
 /// Draws of random values that show whether a form is symmetric.
 const DRAWS: u64 = 8;
 /// Differences below this part of the larger are rounding.
 const ROUNDING: f64 = 1e-9;
-
-/// What is asked of an eigenproblem.
-#[derive(Debug, Clone)]
-pub struct Eigen {
-    /// m; the problem's `form` is a.
-    pub mass: Formula,
-    /// So many eigenvalues are compared.
-    pub count: usize,
-    /// Those that are nearest to this.
-    pub shift: f64,
-}
-
-impl Eigen {
-    /// How many codes find.
-    pub fn found(&self) -> usize {
-        self.count + MORE
-    }
-}
 
 impl Problem {
     /// What an eigenvalue and its mode solve: the form a(u, v) - λ m(u, v), linear in u. The factor λ is not in the texts of its terms.

@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use faceoff_fem::quadrature::Rule;
 
+<<<<<<< HEAD
 use crate::eigen::Eigen;
 use crate::elastic::Parts;
+=======
+>>>>>>> 5521d2e8 (What an eigenproblem asks stands beside the problem, so that no three files use each other; the reference has the new forms)
 use crate::grid::Cells;
 use crate::language::{Definition, Formula};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars};
@@ -51,6 +54,26 @@ pub struct Problem {
     pub parts: Option<Parts>,
     /// The expressions that all [`Id`]s of this problem refer to.
     pub scalars: Scalars,
+}
+
+/// Scripts find so many eigenvalues more than are asked for: the last of them may be one of several that are equal, whose modes are a space.
+const MORE: usize = 4;
+/// What is asked of an eigenproblem.
+#[derive(Debug, Clone)]
+pub struct Eigen {
+    /// m; the problem's `form` is a.
+    pub mass: Formula,
+    /// So many eigenvalues are compared.
+    pub count: usize,
+    /// Those that are nearest to this.
+    pub shift: f64,
+}
+
+impl Eigen {
+    /// How many codes find.
+    pub fn found(&self) -> usize {
+        self.count + MORE
+    }
 }
 
 /// An unknown function and the test function that goes with it.

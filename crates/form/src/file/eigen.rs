@@ -3,9 +3,9 @@
 use faceoff_mesh::error::Result;
 
 use super::{Entry, File, Value};
-use crate::eigen::{Eigen, is_not_symmetric};
+use crate::eigen::is_not_symmetric;
 use crate::language::Formula;
-use crate::problem::Problem;
+use crate::problem::{Eigen, Problem};
 
 /// So many eigenvalues can be asked for.
 const MOST: usize = 50;
