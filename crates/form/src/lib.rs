@@ -36,7 +36,7 @@
 #![warn(missing_docs)]
 
 pub mod codes;
-pub mod eigen;
+mod eigen;
 pub mod elastic;
 pub mod file;
 pub mod grid;

@@ -4,11 +4,7 @@ use std::collections::BTreeMap;
 
 use faceoff_fem::quadrature::Rule;
 
-<<<<<<< HEAD
-use crate::eigen::Eigen;
 use crate::elastic::Parts;
-=======
->>>>>>> 5521d2e8 (What an eigenproblem asks stands beside the problem, so that no three files use each other; the reference has the new forms)
 use crate::grid::Cells;
 use crate::language::{Definition, Formula};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars};
