@@ -24,6 +24,8 @@ const FILE: &str = "[mesh]\nfile = \"mesh.msh\"\n";
 const DEGREE: &str = "(degree=";
 /// At most this many trials are spent on making a finding smaller.
 const TRIES: usize = 40;
+/// The same of what takes long.
+const FEW: usize = 8;
 
 /// What is asked.
 pub struct HuntRequest {
@@ -299,8 +301,14 @@ fn keep(
     }
     let (mut smallest, mut last, mut tried) = (drawn.clone(), suspect.clone(), 0);
     let mut at = 0;
+    // What hangs takes as long each time.
+    let most = if suspect.kind == Kind::Hangs {
+        FEW
+    } else {
+        TRIES
+    };
     while let Some(simpler) = smallest.simpler().get(at)
-        && tried < TRIES
+        && tried < most
     {
         tried += 1;
         match wrong(simpler) {
