@@ -1,7 +1,7 @@
-//! What the README and the manual in `docs/` say is so: every command is typed as it stands, every link leads somewhere, and
-//! the reference of commands is what the program says of itself.
+//! The README and the manual in `docs/` are true: every command is run verbatim, every link leads somewhere, and
+//! the reference of commands is the help that the program prints.
 //!
-//! In a page, ```` ```sh ```` is typed in a folder of the page's own, in which `freefem` and `fenicsx` lie as they do in the
+//! In a page, ```` ```sh ```` is run in a separate folder, which contains `freefem` and `fenicsx` as in the
 //! sources, and must end with exit code 0, or with the one of a comment `<!-- exit N -->` before it. ```` ```text ```` after it are lines of
 //! what it prints, in which `…` stands for anything. `<!-- file: NAME -->` puts the block after it into a file. What cannot be
 //! typed says `<!-- not run: WHY -->`.
@@ -280,7 +280,7 @@ fn helps(words: &[&str], text: &mut String) {
 
 #[test]
 fn the_reference_is_what_the_program_says() {
-    let mut text = "# Commands\n\nWhat `faceoff --help` and the help of each command say. `FACEOFF_WRITE=1 cargo test --test all docs::the_reference` \
+    let mut text = "# Commands\n\nThe output of `faceoff --help` and of the help of each command. `FACEOFF_WRITE=1 cargo test --test all docs::the_reference` \
         writes this page.\n"
         .to_owned();
     helps(&[], &mut text);

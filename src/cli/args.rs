@@ -438,7 +438,7 @@ pub(super) struct Compare {
     /// "p:up_to=constant" (also sign, scale, phase, rigid, gradient, or several joined by +); tolerances that are left out are those of all fields
     #[arg(long = "field", value_name = "NAME:KEY=VALUE", value_parser = of_field)]
     pub field: Vec<OfField>,
-    /// Use the tolerances in the table [compare] of this scene, unless an option sets them
+    /// Use the tolerances in the table `compare` of this scene, unless an option sets them
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<String>,
     #[command(flatten)]
