@@ -35,7 +35,7 @@ pub use times::short;
 
 use crate::engine::{self, How, Left, Progress, Task};
 use crate::run::convergence::{Convergence, Limit};
-use crate::run::{Asked, Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
+use crate::run::{Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
 use faceoff_judge::{ComparedField, Comparison, UpTo, Verdict};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
