@@ -293,7 +293,7 @@ pub struct Initial {
 pub type Bilinear = BTreeMap<(Leaf, Leaf), Id>;
 
 impl Problem {
-    /// The rule on cells, and that on facets. One of a single point is never taken: FFCx 0.5 compiles forms with it wrongly.
+    /// The rule on cells, and that on facets. One of a single point is taken only where a measure asks for it: FFCx 0.5 compiles forms with it wrongly.
     pub fn rules(&self) -> [Rule; 2] {
         let rule = |dim, degree: usize| self.cells.exact(dim, degree.max(2));
         [
