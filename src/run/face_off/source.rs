@@ -1,25 +1,12 @@
 //! The table that says where the mesh of a face-off or of a form comes from.
 
-use serde::Deserialize;
-
 use super::Source;
-use super::tables::{Reader, Several};
+use super::tables::{MeshTable, Reader, Several};
 use faceoff_form::elastic;
 use faceoff_form::grid::Cells;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::file::beneath;
 use faceoff_mesh::mesh::generate::Cuboid;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MeshTable {
-    file: Option<String>,
-    generator: Option<String>,
-    origin: Option<Vec<f64>>,
-    size: Option<Vec<f64>>,
-    #[serde(default)]
-    n: Several<usize>,
-}
 
 impl Reader {
     pub fn mesh(&self, table: MeshTable) -> Result<(Option<Source>, Vec<usize>)> {

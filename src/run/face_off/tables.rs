@@ -10,7 +10,6 @@ use super::code::{Code, Protocol};
 use super::form::{in_full, not_open};
 use super::integrals::misplaced;
 use super::level::{Axis, Level};
-use super::source::MeshTable;
 use super::{Asked, FaceOff, Formula, Judged, Same, Source};
 use crate::engine::{self, Form, Script, fill};
 use faceoff_fem::contact::Method;
@@ -58,6 +57,17 @@ impl File {
     pub fn is_form(&self) -> bool {
         self.form.is_some() || self.eigen.is_some()
     }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeshTable {
+    pub file: Option<String>,
+    pub generator: Option<String>,
+    pub origin: Option<Vec<f64>>,
+    pub size: Option<Vec<f64>>,
+    #[serde(default)]
+    pub n: Several<usize>,
 }
 
 #[derive(Deserialize)]
