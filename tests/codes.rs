@@ -394,7 +394,7 @@ fn releases_that_are_too_old_are_refused_and_unknown_ones_doubted() {
         new["doubt"]
             .as_str()
             .unwrap()
-            .contains("none of the releases"),
+            .contains("not one of the releases"),
         "{new}"
     );
     assert!(engines("4.15")["doubt"].is_null());

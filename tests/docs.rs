@@ -150,7 +150,7 @@ pages! {
     paper: "docs/paper.md"
     python: "docs/python.md"
     systems: "docs/how-to/systems.md"
-    untrusted: "docs/how-to/strangers.md"
+    untrusted: "docs/how-to/untrusted.md"
 }
 
 fn markdown(folder: &Path) -> Vec<PathBuf> {

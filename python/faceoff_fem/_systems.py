@@ -76,6 +76,14 @@ def write_system(folder, A, b, dofs):
     """Write a linear system as ``A.mtx``, ``b.mtx`` and ``dofs.csv``, which a face-off compares with those of other codes.
 
     A, b and dofs are those of :func:`compare_systems`.
+
+    >>> import os, tempfile
+    >>> import numpy as np
+    >>> import scipy.sparse
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_system(folder, scipy.sparse.eye(2, format="csr"), np.ones(2), {"x": np.array([0.0, 1.0])})
+    ...     sorted(os.listdir(folder))
+    ['A.mtx', 'b.mtx', 'dofs.csv']
     """
     system = _system("the system", (A, b, dofs))
     count, head = len(system.load), "%%MatrixMarket matrix"

@@ -377,7 +377,7 @@ pub(super) struct Write {
     /// Refinement of the mesh [default: the first of the file]
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub n: Option<u32>,
-    /// Let the script write its linear system too, as A.mtx, b.mtx and dofs.csv beside its result (docs/how-to/systems.md)
+    /// Let the script write its linear system too, as A.mtx, b.mtx and dofs.csv next to its result (docs/how-to/systems.md)
     #[arg(long)]
     pub system: bool,
     /// A file, or a folder in which it gets its usual name

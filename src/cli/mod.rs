@@ -111,7 +111,7 @@ fn parsed(words: impl IntoIterator<Item = OsString>) -> Arguments {
     Arguments::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
 }
 
-/// The arguments of a command, which are no process's own.
+/// The arguments of a command that does not come from the arguments of the process.
 fn parse(words: impl Iterator<Item = OsString>) -> Result<Arguments> {
     Arguments::try_parse_from(std::iter::once("faceoff".into()).chain(words)).map_err(|e| {
         let what = e.to_string();

@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
     Ok(code(outcome.verdict).max(recorded))
 }
 
-/// Codes of one's own, as a face-off file has them, or those of a form; scenes of elasticity may be several, each of them by several methods.
+/// Users' codes of a face-off file, or those of a form; there may be several scenes of elasticity, each with several methods.
 fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     let is_elastic = |name: &String| is_elastic(name.as_ref());
     let are_elastic = arguments.scenes.iter().all(is_elastic);
@@ -134,7 +134,7 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
     Ok(code(all.verdict))
 }
 
-/// What there is to say of a face-off beside its report.
+/// The findings and failures of a face-off that its report on the terminal leaves out.
 fn tell(outcome: &FaceOffOutcome) {
     for finding in outcome.diagnosis.iter().flat_map(|d| &d.findings) {
         note!("faceoff: {finding}");

@@ -147,18 +147,18 @@ pub(in crate::cli) struct Matrix {
 }
 
 /// Draws well-posed weak forms and their meshes, writes each for all codes, runs them, and puts every answer that differs into its form.
-/// What is wrong there, crashes, hangs or is not finite is made smaller while it stays so. A refusal in words is not a finding.
+/// What is wrong there, crashes, hangs or is not finite is made smaller while it stays so. A refusal with a message is not a finding.
 ///
 /// Exit code: 0 nothing was found; 1 something was; 2 nothing could be judged.
 #[derive(Args)]
 pub(in crate::cli) struct Hunt {
-    /// Codes that solve forms; one alone is held against its own answers to images of a problem
+    /// Codes that solve forms; a single one is compared with its own answers to images of a problem
     #[arg(long, value_name = "CODE,CODE,…", value_delimiter = ',', default_values = ["rust", "freefem", "dolfinx", "scikit-fem"])]
     pub engines: Vec<String>,
     /// Of what is drawn: the same forms for the same seed
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// End after so many problems [default: go on until --time-limit or an interruption ends it, which is reported as any end]
+    /// End after this number of problems [default: go on until --time-limit or an interruption ends it, which is reported as any end]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     pub count: Option<u32>,
     /// A code that takes longer than this for one problem hangs

@@ -52,6 +52,11 @@ pub(super) struct File {
     initial: Option<toml::Value>,
 }
 
+/// In the order of reports, whatever that of the file, which matters only for definitions and Dirichlet values.
+fn by_name(table: toml::Table) -> BTreeMap<String, toml::Value> {
+    table.into_iter().collect()
+}
+
 impl File {
     /// Is it of a weak form, which its own crate reads?
     pub fn is_form(&self) -> bool {
@@ -264,7 +269,7 @@ impl Reader {
             None => Vec::new(),
             Some(form) => self.written(form, &mut file.codes)?,
         };
-        for (name, table) in file.codes {
+        for (name, table) in by_name(file.codes) {
             let place = format!("codes.{name}");
             let table = self.table(&place, table)?;
             let code = self.code(name, table, &parameters, source.is_some())?;
@@ -289,7 +294,7 @@ impl Reader {
             }
         }
         let asked = |kind: &str, tables: toml::Table| -> Result<Vec<Asked>> {
-            let all = tables.into_iter().map(|(name, table)| {
+            let all = by_name(tables).into_iter().map(|(name, table)| {
                 let place = format!("{kind}.{name}");
                 let mut table: AskedTable = self.table(&place, table)?;
                 if let Some(form) = &form {
@@ -332,7 +337,7 @@ impl Reader {
         if let Some(form) = &form {
             self.spectra_of(form, &mut file.spectra)?;
         }
-        let spectra = file.spectra.into_iter();
+        let spectra = by_name(file.spectra).into_iter();
         let spectra = spectra.map(|(name, table)| self.spectrum(name, table, &codes));
         let spectra = spectra.collect::<Result<Vec<_>>>()?;
         // Where a code has a system, that of the form is compared with it.

@@ -14,7 +14,7 @@ use super::krylov::{dot, norm};
 /// A matrix by its rows, whose columns ascend.
 pub type Rows = Vec<Vec<(usize, f64)>>;
 
-/// The block has so many vectors more than are asked for, so that the last of these converge as fast.
+/// The number of extra vectors in the block, so that the last requested ones converge as fast.
 const MORE: usize = 8;
 /// Powers of the operator in a Krylov space.
 const POWERS: usize = 4;
@@ -22,7 +22,7 @@ const POWERS: usize = 4;
 const MOST_STARTS: usize = 60;
 /// A residual below this part of its terms is small enough.
 const SMALL: f64 = 1e-13;
-/// A residual that no start makes smaller counts up to this part of its terms, or so many times what rounding of x makes of A x.
+/// A residual that no start makes smaller is accepted up to this fraction of its terms, or this multiple of the effect of rounding x on A x.
 const LARGEST_RESIDUAL: f64 = 1e-9;
 const ROUNDINGS: f64 = 64.0;
 /// A vector that loses all but this part to the others depends on them.
@@ -54,7 +54,7 @@ pub fn residual(ax: &[f64], mx: &[f64], value: f64, shift: f64) -> f64 {
     }
 }
 
-/// So many eigenvalues nearest to a shift, ascending, with vectors of norm 1 by M; `places` are where the unknowns are.
+/// The `count` eigenvalues nearest to a shift, ascending, with vectors of norm 1 by M; `places` are where the unknowns are.
 ///
 /// # Errors
 /// A shift that is an eigenvalue, fewer unknowns than eigenvalues, an M that is not positive, an iteration that does not converge.

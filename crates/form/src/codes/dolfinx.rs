@@ -47,7 +47,7 @@ pub const ELASTIC: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "SLEPc transformation eigenvalues modes mass M k logging CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md md2 md3 md4 md5 md6 md7 md8 fixed hold element space spaces bcs solver \
+const RESERVED: &str = "mode value found free slepc4py SLEPc transformation eigenvalues modes mass M logging CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md md2 md3 md4 md5 md6 md7 md8 fixed hold element space spaces bcs solver \
     grad div curl dot inner outer cross sym skew dev tr det inv cofac transpose Identity jump avg conditional lt le gt ge max_value min_value \
     sin cos tan asin acos atan atan2 sinh cosh tanh exp ln sqrt sign as_tensor split graph old facet_tags cell_tags function at nodes cell rank w goal held before number rows scipy splu start volume wanted hold_whole normal tangential";
 

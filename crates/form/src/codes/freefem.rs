@@ -89,7 +89,7 @@ const STYLE: Style = Style {
 };
 
 /// Words of FreeFEM, and those of the frame.
-const RESERVED: &str = "eigenvalues modes mass shifted converged M folder writeSystem S columns entries rows toA tob put of0i of1i of2i of3i of4i of5i x y z N P label region nuTriangle nuEdge hTriangle lenEdge area volume pi i Th Vh Out F J Th0 X Y Z A r d it e k \
+const RESERVED: &str = "EigenValue mode rawvector sigma sym tol maxit ncv eigenvalues modes mass shifted converged M folder writeSystem S columns entries rows toA tob put of0i of1i of2i of3i of4i of5i x y z N P label region nuTriangle nuEdge hTriangle lenEdge area volume pi i Th Vh Out F J Th0 X Y Z A r d it e k \
     mesh mesh3 real int func macro varf string result order file values fixed held dx dy dz dxx dyy jump mean average on int1d int2d int3d \
     P0 P1 P2 P3 P1nc P1dc P2dc P1b sin C D from to own drawnBack cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
     trunc matrix complex bool if else for while break continue return try catch true false verbosity ARGV CG LU UMFPACK sparsesolver \

@@ -93,7 +93,10 @@ fn words(script: &str, is_python: bool) -> BTreeSet<String> {
         } else if let Some(text) = rest.strip_prefix("\"\"\"") {
             skip = text.find("\"\"\"").map_or(rest.len(), |end| end + 6);
         } else if c == '"' || (c == '\'' && is_python) {
-            if plain.ends_with(" f") || plain.ends_with("{f") {
+            if [" f", "{f", "[f"]
+                .iter()
+                .any(|start| plain.ends_with(start))
+            {
                 plain.pop();
             }
             skip = rest[1..].find(c).map_or(rest.len(), |end| end + 2);
@@ -207,7 +210,8 @@ fn words_of_scripts_are_reserved() {
             };
             // The time and its step are parameters, and v is the test function of an only unknown.
             let own = |word: &String| {
-                word.contains("qq") || ["t", "dt", "v"].contains(&word.trim_end_matches('_'))
+                let stem = word.trim_end_matches(|c: char| c == '_' || c.is_ascii_digit());
+                word.contains("qq") || ["t", "dt", "v"].contains(&stem)
             };
             let known: BTreeSet<&str> = reserved(code).collect();
             let stem = |word: &str| {

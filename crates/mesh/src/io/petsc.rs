@@ -87,7 +87,7 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// Items of so many bytes.
+    /// `count` items of `bytes` bytes each.
     fn take(&mut self, count: usize, bytes: usize, of: &str) -> Result<&'a [u8]> {
         let length = count.checked_mul(bytes);
         let Some((found, rest)) = length.and_then(|length| self.rest.split_at_checked(length))

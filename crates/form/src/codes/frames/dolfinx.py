@@ -371,8 +371,8 @@ solver.solve()
 if solver.getConverged() < {{ eigen.count }}:
     sys.exit(f"Only {solver.getConverged()} eigenvalues converged.")
 modes, eigenvalues, found = [], [], A.createVecRight()
-for k in range({{ eigen.count }}):
-    eigenvalues.append(float(solver.getEigenpair(k, found).real))
+for number in range({{ eigen.count }}):
+    eigenvalues.append(float(solver.getEigenpair(number, found).real))
     modes.append(fem.Function(V))
     modes[-1].x.array[free.getIndices()] = found.array
 {% elif not time %}
@@ -427,8 +427,8 @@ write_system(*system, is_held, goal.x.array, {{ total ~ ".x.array, " if not has_
 {% endif %}
 {% include "write_vtu.py" %}
 {% if eigen %}
-write_vtu(writes, at, {f"{{ unknowns[0].title }}{k + 1}": values(mode) for k, mode in enumerate(modes)})
-lines = [f"lambda{k + 1},{float(value)!r}\n" for k, value in enumerate(eigenvalues)]
+write_vtu(writes, at, {f"{{ unknowns[0].title }}{number + 1}": values(mode) for number, mode in enumerate(modes)})
+lines = [f"lambda{number + 1},{float(value)!r}\n" for number, value in enumerate(eigenvalues)]
 Path(writes).with_suffix(".csv").write_text("".join(lines))
 {% else %}
 write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ u.name }}){{ ", " if not loop.last }}{% endfor -%} })

@@ -351,12 +351,12 @@ write_system(scipy.sparse.find(A), r, held, values_at_nodes(goal), {{ "values_at
 {% macro parts(u) %}{% for k in u.functions %}{{ part("total", k) }}{{ ", " if not loop.last }}{% endfor %}{% endmacro %}
 {% if eigen %}
 fields = {}
-for k, mode in enumerate(modes.T):
+for number, mode in enumerate(modes.T):
     total.vec.FV().NumPy()[free] = mode
 {% set u = unknowns[0] %}
-    fields[f"{{ u.title }}{k + 1}"] = values({{ parts(u) if u.functions|length == 1 else "(" ~ parts(u) ~ ")" }})
+    fields[f"{{ u.title }}{number + 1}"] = values({{ parts(u) if u.functions|length == 1 else "(" ~ parts(u) ~ ")" }})
 write_vtu(writes, at, fields)
-lines = [f"lambda{k + 1},{float(value)!r}\n" for k, value in enumerate(eigenvalues)]
+lines = [f"lambda{number + 1},{float(value)!r}\n" for number, value in enumerate(eigenvalues)]
 Path(writes).with_suffix(".csv").write_text("".join(lines))
 {% else %}
 write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": values({{ parts(u) if u.functions|length == 1 else "(" ~ parts(u) ~ ")" }}){{ ", " if not loop.last }}{% endfor -%} })

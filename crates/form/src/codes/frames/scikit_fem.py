@@ -317,8 +317,8 @@ write_system(*system, held, goal, {{ "total, " if not has_state }}basis.doflocs.
 {% macro values(u, found) %}{{ found if u.size is none else "np.moveaxis(" ~ found ~ ", 0, 2)" }}{% endmacro %}
 {% set one = unknowns|length == 1 %}
 {% if eigen %}
-write_vtu(writes, at, {f"{{ unknowns[0].title }}{k + 1}": {{ values(unknowns[0], "np.asarray(at_nodes.interpolate(mode))") }} for k, mode in enumerate(modes.T)})
-lines = [f"lambda{k + 1},{float(value)!r}\n" for k, value in enumerate(eigenvalues)]
+write_vtu(writes, at, {f"{{ unknowns[0].title }}{number + 1}": {{ values(unknowns[0], "np.asarray(at_nodes.interpolate(mode))") }} for number, mode in enumerate(modes.T)})
+lines = [f"lambda{number + 1},{float(value)!r}\n" for number, value in enumerate(eigenvalues)]
 Path(writes).with_suffix(".csv").write_text("".join(lines))
 {% else %}
 write_vtu(writes, at, { {%- for u in unknowns %}"{{ u.title }}": {{ values(u, "np.asarray(found)" if one else "np.asarray(found[" ~ loop.index0 ~ "])") }}{{ ", " if not loop.last }}{% endfor -%} })
