@@ -67,7 +67,7 @@ const STYLE: Style = Style {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "mode value modes eigenvalues matrix start fields each from_nodes function held scipy to_nodes values_at_nodes ngsolve netgen mesh here descriptor grid groups inside label mapped point where known V W a b J u_ gf between found hold free nodes at values rule facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 number names CF IfPos sin cos tan exp log \
+const RESERVED: &str = "lines mode value modes eigenvalues matrix start fields each from_nodes function held scipy to_nodes values_at_nodes ngsolve netgen mesh here descriptor grid groups inside label mapped point where known V W a b J u_ gf between found hold free nodes at values rule facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 number names CF IfPos sin cos tan exp log \
     sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET QUAD HEX BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse curl div goal before mean0 multiplier0 hold_whole normal tangential";
 
 /// The beginning of a space, which may have more arguments.

@@ -49,7 +49,7 @@ pub const CODE: Code = Code {
 };
 
 /// Names that the frame imports or makes.
-const RESERVED: &str = "mode value modes eigenvalues eigsh start at_nodes a b dofs name object skfem mesh here element basis w rule facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 nodes at boundary fixed diameter splu bases values total free facets_of \
+const RESERVED: &str = "lines mode value modes eigenvalues eigsh start at_nodes a b dofs name object skfem mesh here element basis w rule facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 nodes at boundary fixed diameter splu bases values total free facets_of \
     BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held hold found given residual derivative scipy asm sides other number goal before bent part rows wanted hold_whole of_element";
 
 fn element(problem: &Problem, space: Space) -> Result<String, String> {

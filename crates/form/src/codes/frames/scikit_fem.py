@@ -192,8 +192,8 @@ wanted = basis.dx.sum()*np.array([{{ means|map(attribute="value")|join(", ") }}]
 {% if not one.is_whole %}
 hold({{ one.tag }}, {{ part(one.unknown, one.component) }}, lambda {{ point }}: {{ one.values[0].at_points }})
 {% else %}
-{% set trace = trace(one.trace, "u[%]"|each(dim, 0), "n[%]"|each(dim, 0)) %}
-hold_whole({{ one.tag }}, {{ part(one.unknown, none) }}, {{ one.element }}, lambda u, n: [{{ trace|join(", ") }}], lambda {{ point }}: [{{ one.values|map(attribute="at_points")|join(", ") }}])
+{% set trace = trace(one.trace, "w[%]"|each(dim, 0), "n[%]"|each(dim, 0)) %}
+hold_whole({{ one.tag }}, {{ part(one.unknown, none) }}, {{ one.element }}, lambda w, n: [{{ trace|join(", ") }}], lambda {{ point }}: [{{ one.values|map(attribute="at_points")|join(", ") }}])
 {% endif %}
 {% endfor %}
 {% endset %}
