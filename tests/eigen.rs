@@ -147,8 +147,8 @@ fn modes_of_the_square_agree_in_five_codes_and_faults_are_named() {
             "the derivative by y of the test function had the factor 0.999",
         ),
         (
-            "u[] = modes(:, m);",
-            "u[] = modes(:, (m == 0 ? 3 : m));",
+            "u[] = modes(:, mode);",
+            "u[] = modes(:, (mode == 0 ? 3 : mode));",
             "Au = λMu",
         ),
     ];
@@ -242,8 +242,8 @@ fn resonances_of_a_cavity_agree_above_their_kernel() {
         ("+ du2*v2", "+ 0.98*du2*v2", "0.98"),
         // A gradient, which no curl shows.
         (
-            "u1[] = modes(:, m);",
-            "u1[] = modes(:, m);\nVh [g1, g2] = [y*(1 - y)*(1 - 2*x), x*(1 - x)*(1 - 2*y)];\nu1[] += 1e-4*g1[];",
+            "u1[] = modes(:, mode);",
+            "u1[] = modes(:, mode);\nVh [g1, g2] = [y*(1 - y)*(1 - 2*x), x*(1 - x)*(1 - 2*y)];\nu1[] += 1e-4*g1[];",
             "Au = λMu",
         ),
     ] {

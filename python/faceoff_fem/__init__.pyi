@@ -136,6 +136,7 @@ def compare_systems(
     rtol: float = 1e-12,
     volume: Optional[float] = None,
 ) -> Systems: ...
+def write_system(folder: _Path, A: Any, b: Any, dofs: Any) -> None: ...
 def compare(
     a: _Given,
     b: _Given,
