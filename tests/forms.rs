@@ -1,5 +1,6 @@
 //! Weak forms: each code gets its script from the form, and what they solve is held against each other and against exact solutions.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -443,10 +444,12 @@ fn the_gallery_agrees_as_the_manual_says() {
         };
         let (ran, told) = verify(at, &file, words);
         assert_eq!(ran.code, Some(0), "{name}: {}{}", ran.stdout, ran.stderr);
-        let spaces: toml::Table = text.parse::<toml::Table>().unwrap()["spaces"]
+        let spaces: BTreeMap<String, toml::Value> = text.parse::<toml::Table>().unwrap()["spaces"]
             .as_table()
             .unwrap()
-            .clone();
+            .clone()
+            .into_iter()
+            .collect();
         let spaces: Vec<String> = spaces
             .iter()
             .map(|(u, space)| format!("{u} {}", space.as_str().unwrap()))
