@@ -32,22 +32,13 @@ use faceoff_mesh::io::NATIVE;
 ///
 /// Exit code: 0 agree or done; 1 disagree or not reached; 2 could not judge.
 #[derive(Parser)]
-#[command(name = "faceoff", version, max_term_width = 100, after_long_help = ENVIRONMENT)]
+#[command(name = "faceoff", version, max_term_width = 100, after_long_help = super::help::ENVIRONMENT)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub command: Command,
     #[command(flatten)]
     pub limits: Limits,
 }
-
-/// Environment variables, at the end of the long help.
-const ENVIRONMENT: &str = "\
-Environment:
-  FACEOFF_LOG            Log messages on standard error: info or debug
-  FACEOFF_PYTHON         The Python that has dolfinx, or another code of a form
-  FACEOFF_MESHIO_PYTHON  The Python that has meshio
-  FACEOFF_SANDBOX        `require`: every command runs other codes as with --sandbox
-  NO_COLOR               No colours on a terminal";
 
 /// Limits for a command and everything that it starts.
 #[derive(Args)]

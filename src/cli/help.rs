@@ -66,6 +66,15 @@ const COMMON: [&str; 9] = [
 /// The most letters of a line about a command or an option in `-h`.
 const LINE: usize = 48;
 
+/// Environment variables, at the end of the long help.
+pub(super) const ENVIRONMENT: &str = "\
+Environment:
+  FACEOFF_LOG            Log messages on standard error: info or debug
+  FACEOFF_PYTHON         The Python that has dolfinx, or another code of a form
+  FACEOFF_MESHIO_PYTHON  The Python that has meshio
+  FACEOFF_SANDBOX        `require`: every command runs other codes as with --sandbox
+  NO_COLOR               No colours on a terminal";
+
 /// The command line, whose help has the first commands first; `is_short` where the help is to fit a screen.
 pub(super) fn command(is_short: bool) -> Command {
     let known = Arguments::command();
