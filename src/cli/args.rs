@@ -32,7 +32,7 @@ use faceoff_mesh::io::NATIVE;
 ///
 /// Exit code: 0 agree or done; 1 disagree or not reached; 2 could not judge.
 #[derive(Parser)]
-#[command(name = "faceoff", version, max_term_width = 100, after_long_help = super::help::ENVIRONMENT)]
+#[command(name = "faceoff", version, max_term_width = 100)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub command: Command,

@@ -67,13 +67,18 @@ const COMMON: [&str; 9] = [
 const LINE: usize = 48;
 
 /// Environment variables, at the end of the long help.
-pub(super) const ENVIRONMENT: &str = "\
+const ENVIRONMENT: &str = "\
 Environment:
   FACEOFF_LOG            Log messages on standard error: info or debug
   FACEOFF_PYTHON         The Python that has dolfinx, or another code of a form
   FACEOFF_MESHIO_PYTHON  The Python that has meshio
   FACEOFF_SANDBOX        `require`: every command runs other codes as with --sandbox
   NO_COLOR               No colours on a terminal";
+
+/// The command line as completions and manual pages have it.
+pub(super) fn plain() -> Command {
+    Arguments::command().after_long_help(ENVIRONMENT)
+}
 
 /// The command line, whose help has the first commands first; `is_short` where the help is to fit a screen.
 pub(super) fn command(is_short: bool) -> Command {
@@ -101,16 +106,12 @@ pub(super) fn command(is_short: bool) -> Command {
     let template = format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\nCommands:\n{first}\n{{all-args}}{{after-help}}"
     );
-    let environment = known
-        .get_after_long_help()
-        .map(ToString::to_string)
-        .unwrap_or_default();
     // The template lists the commands.
     let all = Arguments::command()
         .help_template(template)
         .override_usage("faceoff [OPTIONS] <COMMAND>")
         .after_help(format!("More (see --help): {}", names.join(", ")))
-        .after_long_help(format!("{more}\n{environment}"))
+        .after_long_help(format!("{more}\n{ENVIRONMENT}"))
         .mut_subcommands(|c| c.hide(true));
     if !is_short {
         return all;
