@@ -159,6 +159,13 @@ fn modes_of_the_square_agree_in_five_codes_and_faults_are_named() {
         assert_eq!(residual(&told, "rust")["verdict"], "agree", "{to}");
         assert!(ran.stdout.contains(words), "{to}: {}", ran.stdout);
     }
+    // Residuals count also where nothing is said of modes, as of codes that share the problem only.
+    let loose = "[spectra.lambda]\nsame = \"problem\"";
+    let text = SQUARE.replacen("[spectra.lambda]", loose, 1);
+    let (from, to, _) = faults[3];
+    let (ran, told) = with_fault(at, &text, "square", (from, to));
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    assert_eq!(residual(&told, "wrong")["verdict"], "disagree");
 }
 
 /// Trefethen and Betcke, Computed eigenmodes of planar regions, 2006.
@@ -325,7 +332,12 @@ fn what_is_no_eigenproblem_is_refused_with_its_place() {
     let ran = run(at, &words);
     // FreeFEM's factorisation does not see it, and its pair of the kernel is not one to rounding.
     assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
-    assert!(ran.stdout.contains("give a shift"), "{}", ran.stdout);
+    assert!(
+        ran.stdout
+            .contains("give a shift that is not an eigenvalue"),
+        "{}",
+        ran.stdout
+    );
     // Codes without scripts of eigenproblems are missing, and a single result says nothing of eigenvalues.
     write(at, "form.toml", SQUARE);
     let ran = run(at, &["write", "form.toml", "--for", "getfem"]);

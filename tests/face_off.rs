@@ -209,7 +209,7 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
     let ran = run(at, &["verify", "x.toml", "one-zone"]);
     assert!(
         ran.stderr
-            .contains("a face-off file stands alone, and one-zone is there too"),
+            .contains("a face-off file cannot be verified together with others"),
         "{}",
         ran.stderr
     );

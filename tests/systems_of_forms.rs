@@ -127,10 +127,17 @@ fn named(code: &str) {
             let found = all["systems"].as_array().unwrap().iter().find(pair);
             found.unwrap_or_else(|| panic!("no systems of {name} and {}", set.beside))
         };
+        // Whether the system of a code is recorded as that of the form.
+        let is_form = |name: &str| {
+            let mut stated = of(name)["in_form"].as_array().unwrap().iter();
+            let own = stated.find(|of| of["code"] == name).unwrap();
+            own["is_form"] == true && own["is_derivative"] != false
+        };
         assert_eq!(of("right")["verdict"], "agree", "{}", of("right"));
         for fault in &set.fault {
             let (name, found) = (&fault.name, of(&fault.name));
             assert_eq!(found["verdict"], "disagree", "{name}");
+            assert!(!is_form(name), "{name}: {found}");
             let stated = found["in_form"].as_array().into_iter().flatten();
             let told: Vec<&str> = stated
                 .chain([found])

@@ -95,7 +95,9 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
             }
             _ => name,
         };
-        let what = format!("a face-off file stands alone, and {alone} is there too");
+        let what = format!(
+            "a face-off file cannot be verified together with others, and {alone} is given too"
+        );
         return Err(Error::usage(what, "give one such file at a time"));
     }
     distinct(&arguments.scenes, "scene", "give different scenes")?;

@@ -70,18 +70,21 @@ impl Stated {
             }
         };
         let found = equations(problem, mesh, u, &rows)?;
+        let compared = both.compare(&Settings::default())?;
+        // The rows of given dofs are not among those equations.
+        let is_held_alike = compared.constrained.only == [0, 0] && compared.constrained.values == 0;
         let names = Names {
             problem,
             terms: &found.terms,
         };
         let code = &system.name;
-        let is_form = found.left <= found.limit;
+        let is_form = found.left <= found.limit && is_held_alike && !both.free.is_empty();
         let exact = found.explanation.as_ref().filter(|found| found.is_exact);
         let is_derivative = match problem.clone().is_linear() {
             true => None,
             false => {
-                let blocks = both.compare(&Settings::default())?.matrix;
-                Some(blocks.iter().all(|block| block.differs.rows == 0))
+                let mut blocks = compared.matrix.iter();
+                Some(blocks.all(|block| block.differs.rows == 0))
             }
         };
         let what = match is_derivative {

@@ -13,6 +13,9 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Mesh;
 
+/// What a residual may be where the file does not say how far apart modes may be: all codes have one mesh and one space.
+const ALLOWED: f64 = 1e-6;
+
 /// The pair of a code that solves an eigenproblem worst.
 #[derive(Debug, Serialize)]
 pub struct OfResidual {
@@ -71,7 +74,7 @@ pub(super) fn judge(
 }
 
 fn row(player: &Player, rung: &Rung, asked: &Spectrum, found: Result<Vec<Pair>>) -> OfResidual {
-    let allowed = asked.angle.unwrap_or(f64::INFINITY);
+    let allowed = asked.angle.unwrap_or(ALLOWED);
     let mut row = OfResidual {
         code: player.name.clone(),
         level: rung.level.label.clone(),

@@ -56,7 +56,7 @@ pub struct HuntOutcome {
     pub agree: usize,
     /// Problems on which answers differ by no more than rounding moves them.
     pub conditioned: usize,
-    /// Problems that fewer than two codes have an answer to.
+    /// Problems that fewer than two codes have an answer to, or whose answers cannot be judged.
     pub refused: usize,
     /// Seconds so far.
     pub seconds: f64,

@@ -71,7 +71,7 @@ pub enum Trial {
     Agree,
     /// They differ by no more than rounding moves them.
     Conditioned,
-    /// Fewer than two answers.
+    /// Fewer than two answers, or nothing that can be judged.
     Refused,
     /// Some codes are wrong.
     Wrong(Vec<Suspect>),
@@ -176,27 +176,30 @@ fn judged(outcome: &FaceOffOutcome, seconds: f64, patience: Duration) -> Trial {
                 cause: (!causes.is_empty()).then(|| causes.join(" and ")),
                 words: found.sentence.told(),
             });
-        } else if let Some(refused) = &of.refused
-            && refused.contains("finite")
-        {
+        } else if let Some(refused) = &of.refused {
+            // An answer that is not a function of the space is wrong, whatever it is.
+            let kind = match refused.contains("finite") {
+                true => Kind::NotFinite,
+                false => Kind::Wrong,
+            };
             suspects.push(Suspect {
                 code: of.code.clone(),
-                kind: Kind::NotFinite,
-                cause: None,
+                kind,
+                cause: Some(plain(refused)),
                 words: shortened(refused),
             });
         }
     }
     let answers = outcome.runs.len() - failures.len();
-    let differ = outcome
-        .fields
-        .iter()
-        .any(|field| field.verdict == Verdict::Disagree);
+    let fields = Verdict::of_all(outcome.fields.iter().map(|field| field.verdict));
     match suspects.is_empty() {
         false => Trial::Wrong(suspects),
-        true if answers < 2 && outcome.runs.len() > 1 => Trial::Refused,
-        true if differ => Trial::Conditioned,
-        true => Trial::Agree,
+        // A single code is judged by the images of the problem.
+        true if outcome.runs.len() == 1 => Trial::Agree,
+        true if answers < 2 => Trial::Refused,
+        true if fields.passes() => Trial::Agree,
+        true if fields == Verdict::Undetermined => Trial::Refused,
+        true => Trial::Conditioned,
     }
 }
 
@@ -257,7 +260,10 @@ pub fn symmetric(
         let Some(own) = before.get(code) else {
             continue;
         };
-        for ((name, x), (_, y)) in own.iter().zip(values) {
+        for (name, y) in values {
+            let Some((_, x)) = own.iter().find(|(known, _)| known == name) else {
+                continue;
+            };
             let far = (x - y).abs() / x.abs().max(y.abs()).max(1.0);
             // Negated so that NaN moves.
             if !(far <= MOVES) {

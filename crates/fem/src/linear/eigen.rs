@@ -28,6 +28,9 @@ const ROUNDINGS: f64 = 64.0;
 /// A vector that loses all but this part to the others depends on them.
 const DEPENDENT: f64 = 1e-10;
 
+/// What to do where A - σM is singular.
+const ON_EIGENVALUE: &str = "give a shift that is not an eigenvalue, as -1 where 0 is one";
+
 /// The product of a matrix and a vector.
 pub fn product(rows: &Rows, x: &[f64]) -> Vec<f64> {
     let each = rows.iter();
@@ -76,15 +79,12 @@ pub fn nearest(
     }
     let shifted = a.iter().zip(m).map(|(a, m)| less(a, m, shift)).collect();
     let factor = General::new(shifted, places, None).map_err(|error| match error {
-        Error::Solver { what, .. } => refuse(
-            format!("A - {shift} M: {what}"),
-            "give a shift that is not an eigenvalue, as -1 where 0 is one",
-        ),
+        Error::Solver { what, .. } => refuse(format!("A - {shift} M: {what}"), ON_EIGENVALUE),
         other => other,
     })?;
     let block = (count + MORE).min(n);
     let mut start: Vec<Vec<f64>> = (0..block).map(|k| noise(n, k)).collect();
-    let mut best = f64::INFINITY;
+    let (mut best, mut is_on_eigenvalue) = (f64::INFINITY, false);
     for _ in 0..MOST_STARTS {
         cancel::check()?;
         let space = Space::new(&factor, m, start, n)?;
@@ -105,6 +105,9 @@ pub fn nearest(
             let size = norm(&ax) + (value.abs() + (value - shift).abs()) * norm(&mx);
             let rounding = ROUNDINGS * f64::EPSILON * norm(&sizes(a, x)) / size;
             let left = residual(&ax, &mx, value, shift);
+            // Rounding may hide from the factorisation that it is one.
+            let distance = (value - shift).abs() * norm(&mx);
+            is_on_eigenvalue |= distance <= ROUNDINGS * f64::EPSILON * norm(&sizes(a, x));
             (value, left, left / LARGEST_RESIDUAL.max(rounding))
         });
         let found: Vec<(f64, f64, f64)> = each.collect();
@@ -121,10 +124,11 @@ pub fn nearest(
     let what = format!(
         "the eigenvalues nearest to {shift} did not converge: the largest residual is {best:.1e}"
     );
-    Err(refuse(
-        what,
-        "give a shift nearer to them, or ask for fewer",
-    ))
+    let remedy = match is_on_eigenvalue {
+        true => ON_EIGENVALUE,
+        false => "give a shift nearer to them, or ask for fewer",
+    };
+    Err(refuse(what, remedy))
 }
 
 /// A row of A - σM.
