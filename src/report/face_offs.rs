@@ -4,7 +4,7 @@ use super::face_off::{QUESTION, claim, farthest, tell};
 use super::model::{Block, Report, Table, cells};
 use crate::campaigns::face_off::FaceOffs;
 use crate::text::number::{size, whole};
-use crate::text::{Text, text};
+use crate::text::text;
 use faceoff_mesh::error::Result;
 
 /// The report of several face-offs.
@@ -13,8 +13,14 @@ use faceoff_mesh::error::Result;
 /// None but of a broken installation.
 pub fn face_offs(all: &FaceOffs) -> Result<Report<'_>> {
     let mut report = Report::judging("face-offs", QUESTION, all.verdict, all)?;
-    let worst = all.face_offs.iter().find(|of| of.verdict == all.verdict);
-    let claim = worst.map_or(Text::default(), claim);
+    // One that does not agree speaks for all.
+    let claim = match all.face_offs.iter().find(|of| of.verdict == all.verdict) {
+        Some(worst) if !all.verdict.passes() => claim(worst),
+        _ => text!(
+            "all codes **agree** in {} face-offs",
+            whole(all.face_offs.len())
+        ),
+    };
     let passed = all.face_offs.iter().filter(|of| of.verdict.passes());
     let rests_on = text!(
         "{} of {} face-offs agree.",

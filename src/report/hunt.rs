@@ -35,10 +35,10 @@ pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Repor
     report.headline = headline.clone().into();
     report.story.claim = text!("**{headline}**");
     report.story.rests_on = text!(
-        "{} of {} forms, drawn with seed {}, in {}: {} agree, {} differ by no more than rounding moves them, {} have fewer than two answers. Every answer that \
+        "{} of {}, drawn with seed {}, in {}: {} agree, {} differ by no more than rounding moves them, {} could not be judged. Every answer that \
          differs was put into its form; images of problems (renumbered, turned, doubled, halved) must give the same integrals.",
         problems.clone(),
-        outcome.forms.to_string(),
+        count(outcome.forms, "form"),
         outcome.seed.to_string(),
         outcome.engines.join(", "),
         outcome.agree.to_string(),
