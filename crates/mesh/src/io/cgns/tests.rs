@@ -136,8 +136,8 @@ fn polyhedra_are_cells_and_their_faces_where_conditions_name_them() {
         );
     }
     for (odd, what) in [
-        (0, "no face of the number 0"),
-        (12, "no face of the number 12"),
+        (0, "no face with the number 0"),
+        (12, "no face with the number 12"),
         (1, "more than two cells"),
     ] {
         let mut damaged = sound;
