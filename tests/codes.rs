@@ -156,7 +156,18 @@ fn a_crash_on_one_rank_ends_all_and_is_told() {
 
 /// The findings of `engines check` that are not right.
 fn wrong(folder: &Path, engine: &str, code: i32) -> Vec<Value> {
-    let ran = run(folder, &["engines", "check", engine, "--json", "-"]);
+    let (count, wrong) = wrong_about(folder, engine, "", code);
+    assert!(count > 30, "{count}");
+    wrong
+}
+
+/// How many findings there are about something, and those that are not "agree".
+fn wrong_about(folder: &Path, engine: &str, about: &str, code: i32) -> (usize, Vec<Value>) {
+    let mut words = vec!["engines", "check", engine, "--json", "-"];
+    if !about.is_empty() {
+        words.extend(["--about", about]);
+    }
+    let ran = run(folder, &words);
     assert_eq!(
         ran.code,
         Some(code),
@@ -166,12 +177,8 @@ fn wrong(folder: &Path, engine: &str, code: i32) -> Vec<Value> {
     );
     let findings = ran.json();
     let findings = findings["findings"].as_array().unwrap();
-    assert!(findings.len() > 30, "{}", findings.len());
-    findings
-        .iter()
-        .filter(|f| f["verdict"] != "agree")
-        .cloned()
-        .collect()
+    let wrong = findings.iter().filter(|f| f["verdict"] != "agree");
+    (findings.len(), wrong.cloned().collect())
 }
 
 #[test]
@@ -181,6 +188,16 @@ fn codes_that_do_what_they_must_are_right_in_everything() {
         let wrong = wrong(folder.path(), engine, 0);
         assert!(wrong.is_empty(), "{engine}: {wrong:#?}");
     }
+    let ran = run(
+        folder.path(),
+        &["engines", "check", "freefem", "--about", "Γ_X"],
+    );
+    assert_eq!(ran.code, Some(2));
+    assert!(
+        ran.stderr.contains("no check is about `Γ_X`") && ran.stderr.contains("t on Γ_N"),
+        "{}",
+        ran.stderr
+    );
     let ran = run(folder.path(), &["engines", "check", "none.toml"]);
     assert_eq!(ran.code, Some(2));
     assert!(
@@ -233,7 +250,7 @@ fn what_a_code_gets_wrong_is_named() {
     ] {
         let folder = folder();
         let engine = changed_companion(folder.path(), "freefem", from, to);
-        let wrong = wrong(folder.path(), &engine, 1);
+        let (_, wrong) = wrong_about(folder.path(), &engine, about, 1);
         let told = |finding: &Value| {
             let has =
                 |key: &str, part: &str| finding[key].as_str().is_some_and(|s| s.contains(part));

@@ -21,7 +21,12 @@ const ENVIRONMENTS: [Environment; 3] = [
         "python-skfem",
         false,
         &["pytest", "scikit-fem"],
-        &["test_skfem.py", "test_every_dof.py", "test_docs.py"],
+        &[
+            "test_skfem.py",
+            "test_systems.py",
+            "test_every_dof.py",
+            "test_docs.py",
+        ],
     ),
     (
         "python-debian",
@@ -30,6 +35,7 @@ const ENVIRONMENTS: [Environment; 3] = [
         &[
             "test_dolfinx.py",
             "test_getfem.py",
+            "test_systems.py",
             "test_every_dof.py",
             "test_docs.py",
             "test_notebook.py",
@@ -45,6 +51,7 @@ const ENVIRONMENTS: [Environment; 3] = [
             "test_plugin.py",
             "test_meshes.py",
             "test_ngsolve.py",
+            "test_systems.py",
             "test_every_dof.py",
             "test_stubs.py",
             "test_docs.py",
@@ -133,4 +140,19 @@ fn the_wheel_installs_into_clean_environments_and_passes_its_tests() {
             });
         }
     });
+}
+
+#[test]
+fn every_test_of_the_package_has_an_environment() {
+    let of_environments: Vec<&str> = ENVIRONMENTS.iter().flat_map(|e| e.3).copied().collect();
+    let mut count = 0;
+    for entry in fs::read_dir(source("python/tests")).expect("the tests") {
+        let name = entry.expect("a file").file_name();
+        let name = name.to_str().expect("UTF-8");
+        if name.starts_with("test_") {
+            count += 1;
+            assert!(of_environments.contains(&name), "{name} runs nowhere");
+        }
+    }
+    assert!(count > 10, "{count}");
 }

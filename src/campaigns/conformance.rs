@@ -178,27 +178,37 @@ const CHECKS: [Check; 13] = [
     },
 ];
 
-/// How many findings there will be.
-pub fn check_count() -> usize {
-    CHECKS
-        .iter()
-        .map(|check| check.methods.len())
-        .sum::<usize>()
-        + 3
+const SEVERAL: &str = "several cases in one job";
+const STOPS: &str = "stop.max_iterations";
+const PROTOCOL: &str = "a protocol that is not its own";
+
+/// How many findings there are about something: of the checks whose subject contains `about`.
+pub fn check_count(about: &str) -> usize {
+    let cases = CHECKS.iter().filter(|check| check.about.contains(about));
+    let others = [SEVERAL, STOPS, PROTOCOL];
+    let others = others.iter().filter(|other| other.contains(about));
+    cases.map(|check| check.methods.len()).sum::<usize>() + others.count()
 }
 
-/// Runs `engine` through all checks; `ended` gets each finding as it is made. All cases go into one job, and each that is not
-/// right there into one of its own, so that no case is blamed for another.
+/// Runs `engine` through the checks whose subject contains `about`; `ended` gets each finding as it is made. All cases go into one job,
+/// and each that is not right there into one of its own, so that no case is blamed for another.
 ///
 /// # Errors
-/// An interruption; a code that answers nothing at all. Whatever else the engine does is a finding.
+/// An interruption; no check is about this; a code that answers nothing at all. Whatever else the engine does is a finding.
 pub fn conformance(
     engine: &dyn Engine,
     settings: &Settings,
+    about: &str,
     mut ended: impl FnMut(&Finding),
 ) -> Result<Vec<Finding>> {
+    if check_count(about) == 0 {
+        let all = CHECKS.iter().map(|check| check.about);
+        let all: Vec<&str> = all.chain([SEVERAL, STOPS, PROTOCOL]).collect();
+        let what = format!("no check is about `{about}`");
+        return Err(Error::usage(what, format!("there are: {}", all.join("; "))));
+    }
     let mut checks = Vec::new();
-    for check in &CHECKS {
+    for check in CHECKS.iter().filter(|check| check.about.contains(about)) {
         for method in check.methods {
             checks.push((check, check.setup(parse_method(method)?, settings)?));
         }
@@ -206,7 +216,10 @@ pub fn conformance(
     let cases = checks.iter().map(|(_, setup)| setup.case());
     let cases = cases.collect::<Result<Vec<_>>>()?;
     let all: Vec<&Case> = cases.iter().collect();
-    let together = run(engine, &all, settings, Temporary::new()?.path())?;
+    let together = match all.is_empty() {
+        true => Ok(Vec::new()),
+        false => run(engine, &all, settings, Temporary::new()?.path())?,
+    };
     let mut findings = Vec::new();
     let mut add = |finding: Finding| {
         ended(&finding);
@@ -229,15 +242,21 @@ pub fn conformance(
         }
         add(finding);
         // A code that answers no method of the first check does not run.
-        if k + 1 == CHECKS[0].methods.len() && silent.len() > k {
+        if k + 1 == CHECKS[0].methods.len().min(checks.len()) && silent.len() > k {
             let what = format!("it answers nothing: {}", silent[0]);
             let remedy = "see that it runs; tests/engines/README.md says what it must do";
             return Err(Error::engine(engine.name(), what, remedy));
         }
     }
-    add(several(engine, settings, &together, &cases, &right)?);
-    add(stops(engine, settings)?);
-    add(protocol(engine, settings)?);
+    if SEVERAL.contains(about) {
+        add(several(engine, settings, &together, &cases, &right)?);
+    }
+    if STOPS.contains(about) {
+        add(stops(engine, settings)?);
+    }
+    if PROTOCOL.contains(about) {
+        add(protocol(engine, settings)?);
+    }
     Ok(findings)
 }
 
@@ -443,7 +462,7 @@ fn several(
         }
     };
     let mut finding = Finding {
-        about: "several cases in one job".into(),
+        about: SEVERAL.into(),
         method: None,
         verdict: Verdict::Agree,
         difference: None,
@@ -497,7 +516,7 @@ fn stops(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
         }
     };
     Ok(Finding {
-        about: "stop.max_iterations".into(),
+        about: STOPS.into(),
         method: Some("cr".into()),
         verdict,
         difference: None,
@@ -512,7 +531,7 @@ fn protocol(engine: &dyn Engine, settings: &Settings) -> Result<Finding> {
     let why =
         "it answers a job of another protocol, which may mean something else: end with an error";
     Ok(Finding {
-        about: "a protocol that is not its own".into(),
+        about: PROTOCOL.into(),
         method: None,
         verdict: if refuses {
             Verdict::Agree

@@ -678,6 +678,14 @@ pub(super) enum EnginesAction {
         /// A TOML file that describes an engine, or the name of one that is built in
         #[arg(value_name = "FILE")]
         engine: String,
+        /// Only the checks whose subject contains this, as in "Γ_N" or "3D"
+        #[arg(
+            long,
+            value_name = "TEXT",
+            default_value = "",
+            hide_default_value = true
+        )]
+        about: String,
         #[command(flatten)]
         verdicts: Verdicts,
         #[command(flatten)]

@@ -54,6 +54,9 @@ struct Checked {
     engine: String,
     version: Option<String>,
     verdict: Verdict,
+    /// The subject of the checks that were run, if not of all.
+    #[serde(skip_serializing_if = "str::is_empty")]
+    about: String,
     findings: Vec<Finding>,
     /// The warning for a version that was not tested, or that finds no plugins.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -81,7 +84,7 @@ pub(super) fn run(arguments: &Engines, to: &Output) -> Result<u8> {
             }
             install(&wanted, to.quiet)?;
         }
-        Some(EnginesAction::Check { engine, .. }) => return check(engine, to),
+        Some(EnginesAction::Check { engine, about, .. }) => return check(engine, about, to),
     }
     let mut states = Vec::new();
     for name in engine::NAMES {
@@ -150,17 +153,17 @@ fn state(here: &Here) -> Result<Report<'_>> {
 }
 
 /// Runs a code on the cases that it must solve.
-fn check(name: &str, to: &Output) -> Result<u8> {
+fn check(name: &str, about: &str, to: &Output) -> Result<u8> {
     let engine = engine::find(name)?;
     if !engine.is_installed() {
         engine.probe()?;
     }
     let settings = Settings::default();
     let mut done = 0;
-    let findings = conformance(&*engine, &settings, |finding| {
+    let findings = conformance(&*engine, &settings, about, |finding| {
         done += 1;
         if to.speaks() {
-            tell!("{}", line(finding, done));
+            tell!("{}", line(finding, done, check_count(about)));
         }
     })?;
     let version = engine.probe().ok();
@@ -168,6 +171,7 @@ fn check(name: &str, to: &Output) -> Result<u8> {
         engine: engine.name().to_owned(),
         doubt: doubt(engine.name(), version.as_deref())?,
         version,
+        about: about.to_owned(),
         verdict: Verdict::of_all(findings.iter().map(|f| f.verdict)),
         findings,
     };
@@ -184,8 +188,12 @@ fn conforms(checked: &Checked) -> Result<Report<'_>> {
             .filter(|f| f.verdict == verdict)
             .count()
     };
+    let of = match &*checked.about {
+        "" => String::new(),
+        about => format!(", checks of \"{about}\" only"),
+    };
     let headline = format!(
-        "{}: {} right, {} wrong, {} without an answer",
+        "{}{of}: {} right, {} wrong, {} without an answer",
         checked.engine,
         count(Verdict::Agree),
         count(Verdict::Disagree),
@@ -246,7 +254,7 @@ fn titled(finding: &Finding) -> String {
     finding.about.clone() + &method.map_or(String::new(), |m| format!(", {m}"))
 }
 
-fn line(finding: &Finding, number: usize) -> String {
+fn line(finding: &Finding, number: usize, all: usize) -> String {
     let verdict = match finding.verdict {
         Verdict::Disagree => "WRONG",
         other => right(other),
@@ -258,7 +266,6 @@ fn line(finding: &Finding, number: usize) -> String {
         .why
         .as_ref()
         .map_or(String::new(), |why| format!(": {why}"));
-    let all = check_count();
     format!(
         "{number:>2}/{all} {verdict:<9}{difference:<9} {}{why}",
         titled(finding)

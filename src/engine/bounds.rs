@@ -1,7 +1,7 @@
 //! Limits for a sandboxed program: processes, and room on the disk of its job folder. The system's own
 //! limits are for each process, or do not bind root; so all processes that the program has started are checked while it runs.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -54,12 +54,8 @@ impl Bounds {
             self.looked[0] = Instant::now();
             // Finding the owners of processes takes longer than counting processes.
             let most = most_tasks();
-            if machine::tasks() > self.tasks_before + most {
-                let all = machine::below(id);
-                let threads = |text: &String| machine::count(text, "Threads").unwrap_or(1);
-                if all.values().map(threads).sum::<usize>() > most {
-                    return Err(format!("started more than {most} processes and threads"));
-                }
+            if machine::tasks() > self.tasks_before + most && has_more(id, most) {
+                return Err(format!("started more than {most} processes and threads"));
             }
         }
         if self.looked[1].elapsed() >= OFTEN[1] {
@@ -102,6 +98,52 @@ impl Bounds {
         }
         Ok(())
     }
+}
+
+/// Whether the process `ancestor` has more than `most` descendants, threads included. They are stopped while they are
+/// counted, since a program that forks without end would start thousands more in the meantime; they go on if they are few enough.
+#[cfg(unix)]
+fn has_more(ancestor: u32, most: usize) -> bool {
+    use nix::sys::signal::{Signal, kill};
+    use nix::unistd::Pid;
+    let send = |id: u32, signal: Signal| {
+        // It may have ended.
+        let _ = kill(Pid::from_raw(id as i32), signal);
+    };
+    let all = fs::read_dir("/proc").into_iter().flatten().flatten();
+    let name = |entry: fs::DirEntry| entry.file_name().to_str()?.parse().ok();
+    let mut ids: Vec<u32> = all.filter_map(name).collect();
+    // Parents come before their children, but where numbers begin again at 1; then a later look finds them.
+    ids.sort_unstable();
+    let mut found = HashSet::from([ancestor]);
+    let mut tasks = 0;
+    for id in ids {
+        let stat = fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
+        // The name of the program, in parentheses, may contain anything.
+        let fields: Vec<&str> = stat
+            .rsplit(')')
+            .next()
+            .unwrap_or("")
+            .split_whitespace()
+            .collect();
+        let number = |at: usize| fields.get(at)?.parse::<usize>().ok();
+        if number(1).is_some_and(|parent| found.contains(&(parent as u32))) {
+            send(id, Signal::SIGSTOP);
+            found.insert(id);
+            tasks += number(17).unwrap_or(1);
+            if tasks > most {
+                return true;
+            }
+        }
+    }
+    found.remove(&ancestor);
+    found.into_iter().for_each(|id| send(id, Signal::SIGCONT));
+    false
+}
+
+#[cfg(not(unix))]
+fn has_more(_: u32, _: usize) -> bool {
+    false
 }
 
 /// Room that files take, each once.
@@ -172,5 +214,34 @@ mod tests {
         let deep = folder.path().join(["d"; 103].join("/"));
         fs::create_dir_all(deep).unwrap();
         assert!(look(3 << 20).unwrap_err().contains("100 deep"));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn too_many_processes_are_stopped_and_few_go_on() {
+        use std::process::Command;
+        let script = "for k in 1 2 3 4 5; do sleep 60 & done; wait";
+        let mut shell = Command::new("sh").args(["-c", script]).spawn().unwrap();
+        let states = || -> String {
+            let of = |id: &u32| fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
+            let all = machine::below(shell.id());
+            let children = all.keys().filter(|id| **id != shell.id());
+            children
+                .map(|id| of(id).rsplit(") ").next().unwrap().chars().next().unwrap())
+                .collect()
+        };
+        let begun = Instant::now();
+        while states() != "SSSSS" && begun.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        assert!(!has_more(shell.id(), 5));
+        assert!(!states().contains('T'), "{}", states());
+        assert!(has_more(shell.id(), 4));
+        assert_eq!(states(), "TTTTT");
+        for id in machine::below(shell.id()).keys() {
+            let id = nix::unistd::Pid::from_raw(*id as i32);
+            nix::sys::signal::kill(id, nix::sys::signal::Signal::SIGKILL).unwrap();
+        }
+        shell.wait().unwrap();
     }
 }

@@ -534,7 +534,7 @@ fn effectivity(seed: u64, method: &str) -> Option<(f64, bool, String)> {
 fn bounds_of_random_scenes_are_sharp() {
     let (first, times) = asked_for();
     for (method, most) in [("cr", 1.5), ("cr-fc", 1.5), ("p1", 1.5), ("p2", 3.0)] {
-        let seeds = 20_000 + first..20_000 + first + 8 * times;
+        let seeds = 20_000 + first..20_000 + first + 4 * times;
         let found = parallel::map(seeds, |seed| effectivity(seed, method));
         let found: Vec<(f64, bool, String)> = found.into_iter().flatten().collect();
         let mut of: Vec<f64> = found.iter().map(|f| f.0).collect();
@@ -554,7 +554,7 @@ fn bounds_of_random_scenes_are_sharp() {
 }
 
 /// `FACEOFF_SEED` asks for other scenes than the usual, `FACEOFF_SCENES` for that many times as many, as `tests/run --all` does.
-fn asked_for() -> (u64, u64) {
+pub(super) fn asked_for() -> (u64, u64) {
     let number = |name: &str, usual: u64| {
         std::env::var(name).map_or(usual, |text| text.parse().expect("an integer"))
     };

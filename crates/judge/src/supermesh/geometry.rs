@@ -19,8 +19,13 @@ impl Geometry {
     pub fn of(element: &Element, nodes: &[[f64; 3]], near: f64) -> Self {
         let size = subtract(&nodes[1], &nodes[0]);
         let size = dot(&size, &size).sqrt();
-        // Prisms that are affine but for rounding have no other map to fall back on.
-        let least = if element.is_prism() { 1e-9 * size } else { 0.0 };
+        let largest = nodes.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
+        // Rounding of nodes curves no cell: a rule for a curved one has hundreds of times as many points. Prisms that are
+        // affine but for less have no other map to fall back on.
+        let least = match element.is_prism() {
+            true => 1e-9 * size,
+            false => (4.0 * f64::EPSILON * largest).min(1e-9 * size),
+        };
         let near = near.min(1e-3 * size).max(least);
         let lies = |place: &dyn Fn(&[f64; 3], usize) -> f64| {
             let mut all = nodes.iter().zip(&element.nodes);
@@ -92,4 +97,28 @@ pub(super) fn is_convex(nodes: &[[f64; 3]]) -> bool {
         cross(&subtract(&q, &p), &subtract(&r, &q))[2]
     };
     (0..4).all(|k| turn(k) > 0.0) || (0..4).all(|k| turn(k) < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use faceoff_mesh::CellKind;
+    use faceoff_mesh::mesh::Shape;
+
+    #[test]
+    fn rounding_of_nodes_curves_no_cell() {
+        let kind = CellKind::complete(Shape::Hexahedron, 3).unwrap();
+        let element = Element::new(kind).unwrap();
+        let nodes = |off: f64| {
+            let mut nodes = element.nodes.clone();
+            let last = nodes.last_mut().unwrap();
+            last[0] += off;
+            nodes
+        };
+        assert_eq!(
+            Geometry::of(&element, &nodes(2e-16), 0.0),
+            Geometry::Straight
+        );
+        assert_eq!(Geometry::of(&element, &nodes(1e-14), 0.0), Geometry::Curved);
+    }
 }
