@@ -1,5 +1,7 @@
 //! ‖a - b‖ of every field on the supermesh: L², the broken H¹ seminorm, and the maximum with its place.
 
+use std::collections::HashMap;
+
 use super::clip::{Simplex, measure};
 use super::domain::{BLOCK, Domain, Piece};
 use super::function::Function;
@@ -303,8 +305,11 @@ fn norms_of(
     differences: &[ResultField],
 ) -> Vec<(String, Norms)> {
     let fields = fields_on(a, on);
+    // The first of each name, since a file may have thousands.
+    let named = fields.iter().rev().map(|field| (&*field.name, field));
+    let named: HashMap<&str, _> = named.collect();
     let of_field = |difference: &ResultField| {
-        let field = fields.iter().find(|f| f.name == difference.name)?;
+        let field = named.get(&*difference.name)?;
         (field.rest.is_none() && field.components == difference.components)
             .then(|| Function::new(field, on))
     };
