@@ -111,6 +111,10 @@ impl General {
     /// Solves once for a right-hand side without a pattern: its solution is as large as the inverse, but for bad luck.
     fn check_condition(&self) -> Result<()> {
         let n = self.scales.len();
+        // Where all values are given there is nothing to solve.
+        if n == 0 {
+            return Ok(());
+        }
         let mut x: Vec<f64> = (0..n)
             .map(|k| ((k as f64 + 1.0) * 0.754_877_666).fract() - 0.5)
             .collect();

@@ -187,3 +187,16 @@ fn a_field_that_jumps_is_no_continuous_function() {
     // Of numbers with seven digits that is rounding.
     assert!(judge(&problem, &mesh, &result, 5e-7).is_ok());
 }
+
+/// Where every dof has a given value, that is the solution.
+#[test]
+fn what_is_given_everywhere_is_the_solution() {
+    let mesh = union_jack(1, [1.0, 1.0]);
+    let text = "[spaces]\nu = \"P1\"\n[form]\nF = \"u*v*dx - v*dx\"\n[dirichlet]\ntop = \"x\"\nbottom = \"x\"\n";
+    let solution = solve(&problem(text, &mesh), &mesh).unwrap();
+    assert!(mesh.points.len() == 4 && solution.u.len() == 4);
+    let (cells, fields) = output(&solution.assembler, &solution.u);
+    for (x, u) in cells.points.iter().zip(fields[0].values.to_f64().iter()) {
+        assert!((x[0] - u).abs() < 1e-15, "{x:?}: {u}");
+    }
+}
