@@ -258,6 +258,8 @@ fn norm(of: &[([usize; 2], f64)], distance: Distance) -> f64 {
 mod tests {
     use super::super::limit::tests::random;
     use super::*;
+    use faceoff_form::{Problem, own};
+    use faceoff_mesh::mesh::generate::union_jack;
 
     type Point = [f64; 3];
 
@@ -377,5 +379,59 @@ mod tests {
             told[usize::from(is_off)] += usize::from(found.found != Found::Unknown);
         }
         assert!(told.iter().all(|told| *told >= 25), "{told:?}");
+    }
+
+    /// An integral of the solution of -∇·(1 + k x)∇u + c u = f, with values on the left, on three meshes of one of two families.
+    fn discretised(element: &str, is_graded: bool, [k, c, wave, load]: [f64; 4]) -> Vec<Point> {
+        let text = format!(
+            "name = \"real\"\n[spaces]\nu = \"{element}\"\n\
+             [form]\nF = \"(1 + {k}*x)*inner(grad(u), grad(v))*dx + {c}*u*v*dx - {load}*(1 + sin({wave}*x)*y)*v*dx\"\n\
+             [dirichlet]\nleft = \"0\"\n"
+        );
+        let value = |n: usize| {
+            let mut mesh = union_jack(n, [1.0; 2]);
+            if is_graded {
+                for point in mesh.points.to_mut() {
+                    point[0] *= 0.5 + 0.5 * point[0];
+                    point[1] += 0.2 * point[1] * (1.0 - point[1]) * (1.0 + point[0]);
+                }
+            }
+            let problem = Problem::parse("real.toml".as_ref(), &text, &mesh).unwrap();
+            let solution = own::solve(&problem, &mesh).unwrap();
+            let (mut cells, fields) = own::output(&solution.assembler, &solution.u);
+            cells.fields = fields;
+            let mut number = own::Functionals::new(&problem);
+            number.add("(1 + x*y)*u*dx").unwrap();
+            number.of(&mesh, &cells, f64::EPSILON).unwrap()[0]
+        };
+        [4, 8, 16].map(|n| [value(n), 0.0, 0.0]).to_vec()
+    }
+
+    /// The same of discretisations: two elements or two families of meshes, of one problem or of two whose loads are 1 % apart.
+    #[test]
+    fn discretisations_are_not_misjudged() {
+        let mut random = random(63);
+        let mut told = [0; 2];
+        for draw in 0..60 {
+            let is_off = draw % 2 == 1;
+            let mut data = [0; 4].map(|_| 0.5 + 3.0 * random());
+            let elements = ["CR", "P1", "P2"].map(|of| (random(), of));
+            let mut elements = elements.to_vec();
+            elements.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+            let rtol = 1e-2 * 10.0_f64.powf(-0.1 - 2.0 * random());
+            let mut a = discretised(elements[0].1, random() < 0.5, data);
+            if is_off {
+                data[3] *= 1.01;
+            }
+            let mut b = discretised(elements[1].1, random() < 0.5, data);
+            let scale = a[2][0];
+            a.iter_mut().chain(&mut b).for_each(|x| x[0] /= scale);
+            let found = of(&[a, b], rtol);
+            let wrong = if is_off { Found::Zero } else { Found::Apart };
+            assert_ne!(found.found, wrong, "draw {draw}: {found:?}");
+            told[usize::from(is_off)] += usize::from(found.found != Found::Unknown);
+        }
+        println!("{told:?} of 30 each");
+        assert!(told.iter().all(|told| *told >= 8), "{told:?}");
     }
 }
