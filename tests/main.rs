@@ -53,6 +53,7 @@ mod settled;
 mod solid;
 mod spectra;
 mod study;
+mod symmetries;
 mod systems;
 mod systems_of_forms;
 mod terminal;

@@ -329,6 +329,10 @@ pub(super) struct Verify {
     /// that should not matter (order of cells and vertices, threads, the last digits of parameters)
     #[arg(long)]
     pub diagnose: bool,
+    /// Of a face-off, also give every code images of the problem, with which its answer must move: points, cells and groups in another order; of a form also
+    /// mirrored, turned by 90 degrees and in other units; of your own codes what `symmetries` names in the file
+    #[arg(long)]
+    pub symmetries: bool,
     /// If all agree, keep answers in DIR: those of the other engines, or of a face-off all results
     #[arg(long, value_name = "DIR", conflicts_with = "against")]
     pub record: Option<PathBuf>,

@@ -72,6 +72,7 @@ fn orders_of_elastic(arguments: &Orders, names: &[String], to: &Output) -> Resul
         store: None,
         against: None,
         diagnose: false,
+        symmetries: Vec::new(),
         // Against the exact solution.
         alone: true,
     };

@@ -15,6 +15,7 @@ use crate::report::{self, Output, Verified, deliver};
 use crate::run::{Code, FaceOff, Failure, Point, Record, Store, is_elastic, is_face_off};
 use faceoff_fem::contact::{Method, Stop};
 use faceoff_fem::scene::Scene;
+use faceoff_form::image::Image;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result, distinct};
 
@@ -29,6 +30,13 @@ pub(super) fn run(arguments: &Verify, is_verbose: bool, to: &Output) -> Result<u
     if !arguments.set.is_empty() {
         let what = "--set is for parameters of face-off files and forms, and scenes have none";
         return Err(Error::usage(what, "leave it out"));
+    }
+    if arguments.symmetries {
+        let what = "--symmetries is for face-off files and forms";
+        return Err(Error::usage(
+            what,
+            "leave it out; `faceoff stress` moves scenes",
+        ));
     }
     let scenes = match &arguments.scenes[..] {
         [] => Scene::builtin_names().map(str::to_owned).collect(),
@@ -138,7 +146,9 @@ fn of_file(arguments: &Verify, to: &Output) -> Result<u8> {
 
 /// The findings and failures of a face-off that its report on the terminal leaves out.
 fn tell(outcome: &FaceOffOutcome) {
-    for finding in outcome.diagnosis.iter().flat_map(|d| &d.findings) {
+    let findings = outcome.diagnosis.iter().flat_map(|d| &d.findings);
+    let of_images = outcome.symmetries.iter().flat_map(|of| &of.findings);
+    for finding in findings.chain(of_images) {
         note!("faceoff: {finding}");
     }
     let mut told = BTreeSet::new();
@@ -242,6 +252,10 @@ fn of_one(
         store: store.as_ref(),
         against: record.as_ref(),
         diagnose: arguments.diagnose,
+        symmetries: match arguments.symmetries {
+            true => Image::ALL.to_vec(),
+            false => Vec::new(),
+        },
     };
     let command = |point: &Point| typed_at(arguments, name, point);
     let mut told_cost = |cost: Cost| {

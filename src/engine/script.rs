@@ -16,6 +16,7 @@ use super::process;
 use super::program::Folder;
 use super::sandbox::{self, Allowed};
 use super::written::Source;
+use faceoff_form::image::Motion;
 use faceoff_judge::systems::System;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -98,6 +99,8 @@ pub struct Written {
     pub grid: Option<Arc<Results>>,
     /// As messages call it.
     name: String,
+    /// Of an answer to an image of the problem.
+    image: Option<Back>,
     series: RefCell<Series>,
     /// The number of the time that was read last, so that those who ask in turn share it.
     last: RefCell<Option<(usize, Arc<Results>)>>,
@@ -111,6 +114,7 @@ impl Written {
             times: series.times.clone(),
             grid: None,
             name,
+            image: None,
             series: RefCell::new(series),
             last: RefCell::new(None),
         };
@@ -131,13 +135,85 @@ impl Written {
         let python = super::meshio_python();
         let mut results = self.series.borrow_mut().read(k, python.as_deref())?;
         results.source.clone_from(&self.name);
+        if let Some(back) = &self.image {
+            back.bring(&mut results);
+        }
         let results = Arc::new(results);
         *self.last.borrow_mut() = Some((k, results.clone()));
         Ok(results)
     }
 }
 
+/// How an answer to an image of a problem is brought back.
+#[derive(Debug, Clone, Default)]
+pub struct Back {
+    /// Where places and components go.
+    pub motion: Option<Motion>,
+    /// The fields whose components turn.
+    pub vectors: Vec<String>,
+    /// The original number of each vertex of the mesh that the code was given; empty where it is the same.
+    pub numbers: Vec<u32>,
+}
+
+impl Back {
+    fn bring(&self, results: &mut Results) {
+        // Rows that are keyed by vertices.
+        if !self.numbers.is_empty() && results.points.is_empty() {
+            self.renumber(results);
+        }
+        if let Some(motion) = &self.motion {
+            bring_back(results, motion, &self.vectors);
+        }
+    }
+
+    fn renumber(&self, results: &mut Results) {
+        let old = |k: u32| self.numbers.get(k as usize).copied().unwrap_or(k);
+        for node in results.cells.to_mut() {
+            *node = old(*node);
+        }
+        let count = results.on_points.iter().filter(|of| of.at.is_none());
+        let count = count.map(|of| of.values.len() / of.components.max(1)).max();
+        let ids = match (results.ids.is_empty(), count) {
+            (true, Some(count)) => (0..count as u32).map(old).collect(),
+            _ => results.ids.iter().map(|id| old(*id)).collect(),
+        };
+        results.ids = ids;
+    }
+}
+
+/// Points, and the components of some vectors, where the original has them.
+fn bring_back(results: &mut Results, motion: &Motion, vectors: &[String]) {
+    for point in results.points.to_mut() {
+        *point = motion.back(*point);
+    }
+    let fields = [
+        &mut results.on_points,
+        &mut results.on_cells,
+        &mut results.on_corners,
+    ];
+    let fields = fields.into_iter().flatten();
+    for field in fields.filter(|field| vectors.contains(&field.name)) {
+        let count = field.components;
+        if !(2..=3).contains(&count) {
+            continue;
+        }
+        for row in field.values.to_mut().chunks_exact_mut(count) {
+            let mut of = [0.0; 3];
+            of[..count].copy_from_slice(row);
+            row.copy_from_slice(&motion.unturned(of)[..count]);
+        }
+    }
+}
+
 impl Left {
+    /// Of an answer to an image of the problem: brings it back.
+    pub fn bring_back(&mut self, back: &Back) {
+        for written in &mut self.results {
+            written.image = Some(back.clone());
+            written.last.take();
+        }
+    }
+
     /// Has the rows of tables that are keyed by vertices be on the mesh that the code was given, whose vertices they number.
     ///
     /// # Errors

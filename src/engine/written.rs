@@ -10,6 +10,7 @@ use super::process::find_in_path;
 use super::{depends, digest};
 use faceoff_form::Problem;
 use faceoff_form::codes::Code;
+use faceoff_form::image::Motion;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::{file, io};
 
@@ -43,6 +44,18 @@ impl Source {
             code,
             has_system: false,
         })
+    }
+
+    /// The same of an image of the form; none where there is none, or none in the text of the form.
+    ///
+    /// # Errors
+    /// As [`Source::new`].
+    pub fn of_image(&self, motion: &Motion) -> Option<Result<Self, String>> {
+        if self.code.has_text() && !motion.is_still() {
+            return None;
+        }
+        let image = motion.problem(&self.problem)?;
+        Some(Source::new(&image, self.code))
     }
 
     /// Lets its script write its linear system too, into files of these names.

@@ -9,6 +9,7 @@ use super::model::{
 use super::orders::{orders_figure, over_n};
 use super::spectra;
 use super::sweep;
+use super::symmetries;
 use super::systems;
 use crate::campaigns::face_off::{
     Diagnosis, FaceOffOutcome, OfField, OfForm, OfMeeting, OfNumber, OfOrder, OfPair, RowOfNumber,
@@ -88,6 +89,7 @@ pub(super) fn tell<'a>(of: &'a FaceOffOutcome, report: &mut Report<'a>) {
         rest.push(Block::Page(vec![systems::blocks(&of.systems).into()]));
     }
     rest.extend(of.diagnosis.iter().map(|of| moved_table(of).into()));
+    rest.extend(of.symmetries.iter().map(symmetries::table));
     rest.push(Block::Titled("Runs".into(), runs_table(&of.runs)));
     // The map of the pair that is farthest from agreement.
     let picture = of.shown.iter().filter_map(|(comparison, of_a)| {
@@ -179,7 +181,9 @@ pub(super) fn claim(of: &FaceOffOutcome) -> Text {
     let wrong = wrong.chain(spectra);
     let wrong: Vec<&str> = wrong.collect();
     let low = orders_of(of).find(|o| o.verdict == Some(Verdict::Disagree));
+    let moved = of.symmetries.as_ref().and_then(symmetries::claim);
     match (&wrong[..], low) {
+        ([], _) if moved.is_some() => moved.unwrap_or_default(),
         ([], _) => {
             let mut codes: Vec<&str> = of.runs.iter().map(|run| &*run.code).collect();
             codes.sort_unstable();
@@ -339,7 +343,8 @@ fn lede(of: &FaceOffOutcome) -> Text {
     told.extend(meetings(of).map(|(name, of)| text!("`{name}`: {}.", of.words())));
     told.extend(of.missing.iter().map(|of| message(&of.message)));
     let findings = of.diagnosis.iter().flat_map(|d| &d.findings);
-    told.extend(findings.map(|finding| text!("{finding}.")));
+    let of_images = of.symmetries.iter().flat_map(|of| &of.findings);
+    told.extend(findings.chain(of_images).map(|finding| text!("{finding}.")));
     Text::joined(told, " ")
 }
 

@@ -36,7 +36,7 @@ pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Repor
     report.story.claim = text!("**{headline}**");
     report.story.rests_on = text!(
         "{} of {}, drawn with seed {}, in {}: {} agree, {} differ by no more than rounding moves them, {} could not be judged. Every answer that \
-         differs was put into its form; images of problems (renumbered, turned, doubled, halved) must give the same integrals.",
+         differs was put into its form; images of problems (renumbered, regrouped, mirrored, turned, in other units) must have the same fields, and terms that are doubled or halved the same integrals.",
         problems.clone(),
         count(outcome.forms, "form"),
         outcome.seed.to_string(),

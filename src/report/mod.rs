@@ -35,6 +35,7 @@ mod spectra;
 mod stress;
 mod study;
 mod sweep;
+mod symmetries;
 mod systems;
 mod table;
 mod terminal;

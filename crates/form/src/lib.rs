@@ -40,6 +40,7 @@ mod eigen;
 pub mod elastic;
 pub mod file;
 pub mod grid;
+pub mod image;
 pub mod judge;
 mod kernel;
 pub mod language;

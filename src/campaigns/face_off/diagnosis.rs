@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::cause::{self, Finding, Pair};
 use super::fields::{Side, over_times};
 use super::{OfField, OfNumber, Player, Rung, Running, pairs, run_how};
-use crate::engine::{How, Left, Progress, Task};
+use crate::engine::{Back, How, Left, Progress, Task};
 use crate::run::{Asked, FaceOff, Label, Same, reverse_cells, reverse_points};
 use crate::text::Text;
 use crate::why::Change;
@@ -80,17 +80,7 @@ pub(super) fn diagnose(
     numbers: &[OfNumber],
     progress: &dyn Progress,
 ) -> Result<Diagnosis> {
-    let differs = |rung: &&Rung| {
-        let of_pairs = fields.iter().flat_map(|f| &f.pairs);
-        let mut of_pairs = of_pairs.filter(|p| p.judged && p.level == rung.level.label);
-        let mut of_rows = numbers
-            .iter()
-            .flat_map(|n| &n.rows)
-            .filter(|r| r.level == rung.level.label);
-        of_pairs.any(|p| p.compared.field.verdict == Verdict::Disagree)
-            || of_rows.any(|r| r.verdict == Verdict::Disagree)
-    };
-    let rung = rungs.iter().find(differs).unwrap_or(&rungs[0]);
+    let rung = differing(rungs, fields, numbers);
     let mesh = of.mesh(rung.level.n)?;
     let changes = Change::of_run(&of.free());
     let count = changes.len();
@@ -133,6 +123,25 @@ pub(super) fn diagnose(
         findings: outcomes.iter().map(|found| found.words.clone()).collect(),
         outcomes,
     })
+}
+
+/// The coarsest level where codes differ, or the coarsest.
+pub(super) fn differing<'a>(
+    rungs: &'a [Rung],
+    fields: &[OfField],
+    numbers: &[OfNumber],
+) -> &'a Rung {
+    let differs = |rung: &&Rung| {
+        let of_pairs = fields.iter().flat_map(|f| &f.pairs);
+        let mut of_pairs = of_pairs.filter(|p| p.judged && p.level == rung.level.label);
+        let mut of_rows = numbers
+            .iter()
+            .flat_map(|n| &n.rows)
+            .filter(|r| r.level == rung.level.label);
+        of_pairs.any(|p| p.compared.field.verdict == Verdict::Disagree)
+            || of_rows.any(|r| r.verdict == Verdict::Disagree)
+    };
+    rungs.iter().find(differs).unwrap_or(&rungs[0])
 }
 
 fn row(player: &Player, change: &Change, of: &str, found: Result<f64, String>) -> Moved {
@@ -198,7 +207,14 @@ fn again(
     };
     let again = player.code.run(&task, &how);
     let mut again = again.and_then(|mut left| {
-        mesh.as_ref().map_or(Ok(()), |mesh| left.lay_on(mesh))?;
+        if let (Change::Vertices, Some(mesh)) = (change, &mesh) {
+            left.bring_back(&Back {
+                numbers: (0..mesh.points.len() as u32).rev().collect(),
+                ..Back::default()
+            });
+        }
+        let grid = source.filter(|_| player.code.takes_mesh());
+        grid.map_or(Ok(()), |mesh| left.lay_on(mesh))?;
         Ok(left)
     });
     if let Ok(left) = &mut again {
@@ -267,7 +283,7 @@ fn side<'a>(player: &'a Player, left: &'a Left) -> Side<'a> {
     }
 }
 
-fn field_moved(
+pub(super) fn field_moved(
     asked: &Asked,
     player: &Player,
     left: &Left,
@@ -298,7 +314,7 @@ fn field_moved(
     })
 }
 
-fn number_moved(
+pub(super) fn number_moved(
     asked: &Asked,
     player: &Player,
     left: &Left,

@@ -12,6 +12,7 @@ mod numbers;
 mod orders;
 mod spectra;
 mod sweep;
+mod symmetries;
 mod systems;
 mod times;
 
@@ -30,12 +31,14 @@ pub use in_form::OfForm;
 pub use meetings::{Extrapolated, OfMeeting};
 pub use spectra::{OfSpectra, OfSpectrum};
 pub use sweep::{Cost, OfPoint, OfSweep, Smallest, swept};
+pub use symmetries::{OfImage, Symmetries};
 pub use systems::OfSystems;
 pub use times::short;
 
 use crate::engine::{self, How, Left, Progress, Task};
 use crate::run::convergence::{Convergence, Limit};
 use crate::run::{Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
+use faceoff_form::image::Image;
 use faceoff_judge::{ComparedField, Comparison, UpTo, Verdict};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
@@ -56,6 +59,8 @@ pub struct Running<'a> {
     pub against: Option<&'a Record>,
     /// Runs codes again with one thing changed.
     pub diagnose: bool,
+    /// Images of the problem that codes get too.
+    pub symmetries: Vec<Image>,
     /// May a code run by itself, so that only its own answers are told?
     pub alone: bool,
 }
@@ -93,6 +98,9 @@ pub struct FaceOffOutcome {
     /// Where it was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diagnosis: Option<Diagnosis>,
+    /// Where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub symmetries: Option<Symmetries>,
     /// Of a file with a sweep: all its points. The rest is about one of them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep: Option<OfSweep>,
@@ -344,9 +352,21 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         )?),
         false => None,
     };
+    let symmetries = match how.symmetries.is_empty() {
+        false => Some(symmetries::judge(
+            of,
+            how,
+            &players,
+            &rungs,
+            (&fields, &numbers),
+            progress,
+        )?),
+        true => None,
+    };
     let verdicts = fields
         .iter()
         .map(|f| f.verdict)
+        .chain(symmetries.iter().map(|of| of.verdict))
         .chain(numbers.iter().map(|n| n.verdict))
         .chain(spectra.iter().map(|of| of.verdict));
     let failed = runs.iter().any(|run| run.failure.is_some());
@@ -366,6 +386,7 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         spectra,
         systems,
         diagnosis,
+        symmetries,
         sweep: None,
         shown: shown.map(|shown: fields::Shown| (shown.comparison, shown.of_a)),
     })

@@ -117,6 +117,7 @@ pub fn swept(
         codes: how.codes.clone(),
         keep: how.keep.clone(),
         diagnose: false,
+        symmetries: Vec::new(),
         ..*how
     };
     let mut found: Vec<OfPoint> = Vec::new();
@@ -151,7 +152,7 @@ pub fn swept(
         true => (from.clone(), outcome),
         false => simplest(of, sweep, &plain, (from, outcome), &mut tried)?,
     };
-    if how.diagnose {
+    if how.diagnose || !how.symmetries.is_empty() {
         outcome = face_off(&of.at(&at)?, how, progress)?;
     }
     // A failure that does not come again is one.

@@ -8,12 +8,13 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{OWN, Progress};
-use faceoff_form::random::{Drawn, QUADRANGLES, Random, Shape, Symmetry, TRIANGLES};
+use faceoff_form::image::Image;
+use faceoff_form::random::{Drawn, Grammar, Random, Rewritten, Shape};
 use faceoff_judge::Verdict;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::mesh::Mesh;
-use trial::{Integrals, Trial, symmetric, trial};
+use trial::{Integrals, Trial, rewritten, symmetric, trial};
 pub use trial::{Kind, Suspect};
 
 /// Problems of one form: what codes have compiled for it they need not compile again.
@@ -202,24 +203,25 @@ pub fn hunt(
 fn form(seed: u64, number: usize) -> (Drawn, Random) {
     let mut random = Random::new(seed.wrapping_mul(1_000_003).wrapping_add(number as u64));
     let shape = Shape::new(&mut random);
-    let grammar = match shape.is_quadrangles {
-        true => QUADRANGLES,
-        false => TRIANGLES,
-    };
+    let grammar = Grammar::on(shape);
     (Drawn::new(&mut random, &grammar, shape), random)
 }
 
 /// The same terms with other values on another mesh.
 fn another(drawn: &Drawn, random: &mut Random) -> Drawn {
-    let shape = Shape {
-        is_quadrangles: drawn.shape.is_quadrangles,
-        ..Shape::new(random)
-    };
+    let shape = drawn.shape.other(random);
     drawn.varied(random, shape)
 }
 
+/// What is done to a problem, whose solution is known by that.
+#[derive(Clone, Copy)]
+enum Twist {
+    Image(Image),
+    Rewritten(Rewritten),
+}
+
 /// One problem of a form: the form itself, an image of it, or the same terms with other values on another mesh. The integrals of the answers to
-/// the form itself are returned, for its image.
+/// the form itself are returned, for the same in other words.
 fn problem(
     request: &HuntRequest,
     (drawn, turn, before): (&Drawn, usize, Option<&Integrals>),
@@ -227,22 +229,29 @@ fn problem(
     of_form: usize,
     outcome: &mut HuntOutcome,
 ) -> Result<Option<Integrals>> {
-    // Codes that compile forms need not do so for another order.
-    let symmetry = match of_form % 6 {
-        0 => Symmetry::Turned,
-        2 => Symmetry::Doubled,
-        4 => Symmetry::Halved,
-        _ => Symmetry::Renumbered,
+    let twist = match (turn, of_form % 8) {
+        (1, 0) => Some(Twist::Image(Image::Turned)),
+        (1, 1) => Some(Twist::Image(Image::Mirrored)),
+        (1, 2) => Some(Twist::Rewritten(Rewritten::Doubled)),
+        (1, 4) => Some(Twist::Rewritten(Rewritten::Halved)),
+        (1, 5) => Some(Twist::Image(Image::Scaled)),
+        (1, 7) => Some(Twist::Image(Image::Regrouped)),
+        // Codes that compile forms need not do so for another order.
+        (1, _) => Some(Twist::Image(Image::Renumbered)),
+        _ => None,
     };
-    let (drawn, symmetry) = match turn {
-        0 => (drawn.clone(), None),
-        1 if drawn.image(symmetry).is_some() => (drawn.clone(), Some(symmetry)),
-        1 => (drawn.clone(), Some(Symmetry::Renumbered)),
-        _ => (another(drawn, random), None),
+    let drawn = match turn {
+        0 | 1 => drawn.clone(),
+        _ => another(drawn, random),
     };
-    let ask = |drawn: &Drawn, engines: &[String], before: Option<&Integrals>| match symmetry {
-        Some(symmetry) => symmetric((drawn, before), symmetry, engines, request.patience),
-        None => trial(drawn, engines, request.patience),
+    let patience = request.patience;
+    let ask = |drawn: &Drawn, engines: &[String], before: Option<&Integrals>| match twist {
+        Some(Twist::Image(image)) => {
+            let found = symmetric(drawn, image, engines, patience)?;
+            Ok((found, Integrals::new()))
+        }
+        Some(Twist::Rewritten(how)) => rewritten((drawn, before), how, engines, patience),
+        None => trial(drawn, engines, patience),
     };
     let (found, integrals) = ask(&drawn, &request.engines, before)?;
     match found {

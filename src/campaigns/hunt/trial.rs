@@ -10,7 +10,8 @@ use crate::campaigns::face_off::{FaceOffOutcome, Running, face_off};
 use crate::engine::{OWN, Silent};
 use crate::run::{Code, FaceOff};
 use crate::text::number::size;
-use faceoff_form::random::{Drawn, Symmetry};
+use faceoff_form::image::Image;
+use faceoff_form::random::{Drawn, PATCH, Rewritten};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
@@ -82,6 +83,7 @@ fn solved(
     drawn: &Drawn,
     engines: &[String],
     patience: Duration,
+    images: &[Image],
 ) -> Result<Option<(FaceOffOutcome, f64)>> {
     // Codes alone are judged by what their answers do under symmetries.
     let mut names = engines.to_vec();
@@ -110,6 +112,7 @@ fn solved(
         store: None,
         against: None,
         diagnose: false,
+        symmetries: images.to_vec(),
         alone: engines.len() == 1,
     };
     let begun = Instant::now();
@@ -122,10 +125,37 @@ fn solved(
 /// # Errors
 /// A form that cannot be read; an interruption.
 pub fn trial(drawn: &Drawn, engines: &[String], patience: Duration) -> Result<(Trial, Integrals)> {
-    let Some((outcome, seconds)) = solved(drawn, engines, patience)? else {
+    let Some((outcome, seconds)) = solved(drawn, engines, patience, &[])? else {
         return Ok((Trial::Refused, Integrals::new()));
     };
-    Ok((judged(&outcome, seconds, patience), integrals(&outcome)))
+    let integrals = integrals(&outcome);
+    let found = match judged(&outcome, seconds, patience) {
+        Trial::Wrong(suspects) => Trial::Wrong(suspects),
+        found => off(&integrals).map_or(found, Trial::Wrong),
+    };
+    Ok((found, integrals))
+}
+
+/// The codes whose answers are not the polynomial that solves the form, where one does.
+fn off(integrals: &Integrals) -> Option<Vec<Suspect>> {
+    let errors = integrals.iter().filter_map(|(code, values)| {
+        let (_, square) = values.iter().find(|(name, _)| name == PATCH)?;
+        Some((code, square.sqrt()))
+    });
+    // Negated so that NaN is wrong.
+    let wrong = errors.filter(|(_, error)| !(*error <= MOVES));
+    let suspects: Vec<Suspect> = wrong
+        .map(|(code, error)| Suspect {
+            code: code.clone(),
+            kind: Kind::Wrong,
+            cause: None,
+            words: format!(
+                "a polynomial of its space solves the form, and its answer is {} away from it",
+                size(error)
+            ),
+        })
+        .collect();
+    (!suspects.is_empty()).then_some(suspects)
 }
 
 fn judged(outcome: &FaceOffOutcome, seconds: f64, patience: Duration) -> Trial {
@@ -203,9 +233,12 @@ fn judged(outcome: &FaceOffOutcome, seconds: f64, patience: Duration) -> Trial {
     }
 }
 
-/// How a program failed, without the numbers of one run.
+/// How a program failed, without the numbers and places of one run.
 fn plain(failure: &str) -> String {
-    let words = failure.split(|c: char| !c.is_alphabetic());
+    let words = failure
+        .split_whitespace()
+        .filter(|word| !word.contains('/'));
+    let words = words.flat_map(|word| word.split(|c: char| !c.is_alphabetic()));
     let words: Vec<&str> = words.filter(|word| word.len() > 2).take(14).collect();
     words.join(" ")
 }
@@ -233,21 +266,80 @@ fn integrals(outcome: &FaceOffOutcome) -> Integrals {
     all
 }
 
-/// What is wrong with the answers to an image of a problem: as of any problem, or beside the answers to the problem itself, whose integrals may
-/// be known.
+/// What is wrong with the answers to a problem, or with those to an image of it.
 ///
 /// # Errors
 /// As [`trial`].
 pub fn symmetric(
+    drawn: &Drawn,
+    image: Image,
+    engines: &[String],
+    patience: Duration,
+) -> Result<Trial> {
+    let Some((outcome, seconds)) = solved(drawn, engines, patience, &[image])? else {
+        return Ok(Trial::Refused);
+    };
+    let found = judged(&outcome, seconds, patience);
+    if !matches!(found, Trial::Agree) {
+        return Ok(found);
+    }
+    // Integrals may be 0 but for rounding.
+    let is_field = |name: &str| outcome.fields.iter().any(|of| of.field == name);
+    let rows = outcome.symmetries.iter().flat_map(|of| &of.rows);
+    let rows = rows.filter(|row| is_field(&row.of));
+    let mut suspects: Vec<Suspect> = Vec::new();
+    let mut kept = 0;
+    for row in rows {
+        let (kind, words) = match (row.relative, &row.reason) {
+            (Some(far), _) if far <= MOVES => {
+                kept += 1;
+                continue;
+            }
+            (None, Some(reason)) if reason.contains(LOST) => continue,
+            (None, Some(reason)) => (Kind::Crashes, shortened(reason)),
+            (far, _) => {
+                let far = size(far.unwrap_or(f64::NAN));
+                let (of, words) = (&row.of, image.words());
+                (
+                    Kind::Moves,
+                    format!("`{of}` changes by {far} of it with {words}"),
+                )
+            }
+        };
+        if suspects.iter().all(|of| of.code != row.code) {
+            let cause = (kind == Kind::Crashes).then(|| plain(&words));
+            suspects.push(Suspect {
+                code: row.code.clone(),
+                kind,
+                cause,
+                words,
+            });
+        }
+    }
+    // A problem that all of them see move is ill-conditioned.
+    let all = outcome.runs.len();
+    Ok(match suspects.len() {
+        0 if kept == 0 => Trial::Refused,
+        0 => Trial::Agree,
+        some if some == all && all > 1 && suspects.iter().all(|of| of.kind == Kind::Moves) => {
+            Trial::Conditioned
+        }
+        _ => Trial::Wrong(suspects),
+    })
+}
+
+/// What is wrong with the answers to a problem in other words: as of any problem, or beside the answers to the problem itself, whose integrals may
+/// be known.
+///
+/// # Errors
+/// As [`trial`].
+pub fn rewritten(
     (drawn, before): (&Drawn, Option<&Integrals>),
-    symmetry: Symmetry,
+    how: Rewritten,
     engines: &[String],
     patience: Duration,
 ) -> Result<(Trial, Integrals)> {
-    let Some(image) = drawn.image(symmetry) else {
-        return Ok((Trial::Refused, Integrals::new()));
-    };
-    let (found, after) = trial(&image, engines, patience)?;
+    let (found, after) = trial(&drawn.rewritten(how), engines, patience)?;
     if !matches!(found, Trial::Agree) {
         return Ok((found, after));
     }
@@ -274,7 +366,7 @@ pub fn symmetric(
                     words: format!(
                         "`{name}` of its answer moves by {} where {}",
                         size(far),
-                        symmetry.words()
+                        how.words()
                     ),
                 });
                 break;

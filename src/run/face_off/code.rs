@@ -11,6 +11,7 @@ use crate::engine::{Engine, How, Left, NAMES, Script, Settings, Silent, Task, di
 use crate::run::{Setup, function};
 use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
+use faceoff_form::image::Motion;
 use faceoff_form::{Problem, own};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::{self, vtu};
@@ -98,6 +99,11 @@ impl Code {
         }
     }
 
+    /// Is it a program whose command is in the file?
+    pub fn is_typed(&self) -> bool {
+        self.typed().is_some()
+    }
+
     /// Why it cannot answer, if that is known before it runs.
     pub fn missing(&self) -> Option<&str> {
         match self {
@@ -129,6 +135,39 @@ impl Code {
                 Ok(())
             }
             Code::Missing(_) | Code::Protocol(_) => Ok(()),
+        }
+    }
+
+    /// The same code for an image of its problem; none where there is none: of a scene, and of a script by hand unless its data are said to have that
+    /// symmetry.
+    ///
+    /// # Errors
+    /// A form whose image the code cannot solve.
+    pub fn of_image(&self, motion: &Motion, has_symmetry: bool) -> Option<Result<Code>> {
+        match self {
+            Code::Own(own) => Some(Ok(Code::Own(Box::new(Own {
+                files: Script {
+                    system: None,
+                    ..own.files.clone()
+                },
+                problem: motion.problem(&own.problem)?,
+            })))),
+            Code::Script(script) => match &script.source {
+                Some(source) => Some(match source.of_image(motion)? {
+                    Ok(source) => Ok(Code::Script(Script {
+                        source: Some(source),
+                        system: None,
+                        ..script.clone()
+                    })),
+                    Err(why) => {
+                        let remedy = "take another space or code";
+                        Err(Error::engine(&script.name, why, remedy))
+                    }
+                }),
+                None => (has_symmetry && script.mesh.is_some())
+                    .then(|| Ok(Code::Script(script.clone()))),
+            },
+            Code::Missing(_) | Code::Protocol(_) => None,
         }
     }
 

@@ -53,6 +53,7 @@ use faceoff_fem::contact::Method;
 use faceoff_form::Problem;
 use faceoff_form::elastic;
 use faceoff_form::grid::Cells;
+use faceoff_form::image::Image;
 use faceoff_judge::{On, UpTo};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
@@ -87,6 +88,8 @@ pub struct FaceOff {
     pub spectra: Vec<Spectrum>,
     /// The values for which all is solved again.
     pub sweep: Option<Sweep>,
+    /// Those that the data of the user's own codes have.
+    pub symmetries: Vec<Image>,
     /// All that the file has, and who reads it: it is read again with other values.
     tables: toml::Table,
     reader: Reader,

@@ -16,8 +16,9 @@ use faceoff_fem::contact::Method;
 use faceoff_fem::scene::Scene;
 use faceoff_form::Problem;
 use faceoff_form::elastic::Lowered;
+use faceoff_form::image::Image;
 use faceoff_judge::{On, UpTo};
-use faceoff_mesh::error::{Error, Result};
+use faceoff_mesh::error::{Error, Result, meant};
 use faceoff_mesh::mesh::Mesh;
 
 #[derive(Deserialize)]
@@ -40,6 +41,8 @@ pub(super) struct File {
     #[serde(default)]
     spectra: toml::Table,
     sweep: Option<toml::Value>,
+    #[serde(default)]
+    symmetries: Vec<String>,
     // Of a form, which is read by its own crate.
     form: Option<toml::Value>,
     eigen: Option<toml::Value>,
@@ -51,6 +54,9 @@ pub(super) struct File {
     time: Option<toml::Value>,
     initial: Option<toml::Value>,
 }
+
+/// Where the data of a script are symmetric, its answer is.
+const OF_DATA: [Image; 2] = [Image::Mirrored, Image::Turned];
 
 /// In the order of reports, whatever that of the file, which matters only for definitions and Dirichlet values.
 fn by_name(table: toml::Table) -> BTreeMap<String, toml::Value> {
@@ -359,6 +365,16 @@ impl Reader {
                 "name a field: [fields.u] with same and rtol; or give two codes a system",
             ));
         }
+        let symmetries = file.symmetries.iter().map(|name| {
+            let mut all = OF_DATA.into_iter();
+            all.find(|of| of.name() == name).ok_or_else(|| {
+                let what = format!("`{name}` is no symmetry that data may have");
+                let known = OF_DATA.map(Image::name);
+                let remedy = format!("{}known are {}", meant(name, known), known.join(", "));
+                self.refuse("symmetries", what, &remedy)
+            })
+        });
+        let symmetries = symmetries.collect::<Result<Vec<Image>>>()?;
         let files = codes.iter().map(Code::files);
         let has_fields = !fields.is_empty() || spectra.iter().any(|of| of.modes.is_some());
         let has_numbers = !spectra.is_empty() || numbers.iter().any(|asked| asked.value.is_none());
@@ -392,6 +408,7 @@ impl Reader {
             numbers,
             spectra,
             sweep: None,
+            symmetries,
             // The text is TOML, as it was parsed.
             tables: text.parse().unwrap_or_default(),
             reader: self.clone(),

@@ -62,6 +62,11 @@ impl Code {
         })
     }
 
+    /// Does its script have the text of the form, edited, rather than what was made of it?
+    pub fn has_text(&self) -> bool {
+        self.module() == Some("dolfinx")
+    }
+
     /// The code of this name.
     pub fn of_name(name: &str) -> Option<&'static Code> {
         CODES.iter().find(|code| code.name == name)

@@ -198,7 +198,7 @@ impl<'a> File<'a> {
     }
 
     fn read(&self, tables: Vec<Entry<'a>>, mesh: &Mesh) -> Result<Problem> {
-        const KEYS: [&str; 18] = [
+        const KEYS: [&str; 19] = [
             "name",
             "about",
             "mesh",
@@ -217,6 +217,7 @@ impl<'a> File<'a> {
             "numbers",
             "spectra",
             "sweep",
+            "symmetries",
         ];
         let names = KEYS.join(", ");
         self.known(&tables, &KEYS)?;

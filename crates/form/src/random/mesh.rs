@@ -1,4 +1,4 @@
-//! The meshes of random forms: squares of few cells, moved, graded, flat, turned or numbered in another order.
+//! The meshes of random forms: squares and cubes of few cells, moved, graded, flat, with slivers, or numbered in another order.
 
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::generate::{Cuboid, lattice_mesh, union_mesh};
@@ -6,21 +6,23 @@ use faceoff_mesh::mesh::{CellKind, Mesh};
 
 use super::Random;
 
-/// A mesh of the unit square, by what was done to it.
+/// A mesh of the unit square or cube, by what was done to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shape {
     /// Quadrangles instead of triangles.
     pub is_quadrangles: bool,
+    /// Tetrahedra of a cube instead of triangles of a square?
+    pub is_solid: bool,
     /// Cells along a side.
     pub n: usize,
     /// Are inner points moved, so that no two cells are alike?
     pub is_moved: bool,
     /// Are cells smaller towards a corner?
     pub is_graded: bool,
+    /// Are inner points close to an edge, or a face, of their cells?
+    pub has_slivers: bool,
     /// Is it a twentieth as high as wide?
     pub is_flat: bool,
-    /// Is it turned by 90 degrees?
-    pub is_turned: bool,
     /// The seed of the order of points and cells; 0: that of the generator.
     pub order: u64,
 }
@@ -28,13 +30,30 @@ pub struct Shape {
 impl Shape {
     /// One at random.
     pub fn new(random: &mut Random) -> Self {
+        let is_quadrangles = random.is(20);
+        let is_solid = !is_quadrangles && random.is(20);
+        Shape::of(random, is_quadrangles, is_solid)
+    }
+
+    /// Another one of the same kind of cells.
+    pub fn other(self, random: &mut Random) -> Self {
+        Shape::of(random, self.is_quadrangles, self.is_solid)
+    }
+
+    fn of(random: &mut Random, is_quadrangles: bool, is_solid: bool) -> Self {
+        let is_moved = random.is(70);
         Shape {
-            is_quadrangles: random.is(20),
-            n: 2 + random.below(4),
-            is_moved: random.is(70),
+            is_quadrangles,
+            is_solid,
+            n: match is_solid {
+                true => 1 + random.below(2),
+                false => 2 + random.below(4),
+            },
+            is_moved,
+            // What moves other points too would turn the flattest over.
+            has_slivers: !is_quadrangles && !is_moved && random.is(50),
             is_graded: random.is(25),
             is_flat: random.is(10),
-            is_turned: false,
             order: if random.is(60) {
                 1 + random.below(1000) as u64
             } else {
@@ -46,15 +65,16 @@ impl Shape {
     /// As the end of a sentence: `3 × 3 squares of four triangles, moved, in another order`.
     pub fn words(&self) -> String {
         let n = self.n;
-        let mut words = match self.is_quadrangles {
-            true => format!("{n} × {n} quadrangles"),
-            false => format!("{n} × {n} squares of triangles"),
+        let mut words = match (self.is_quadrangles, self.is_solid) {
+            (true, _) => format!("{n} × {n} quadrangles"),
+            (_, true) => format!("{n} × {n} × {n} cubes of tetrahedra"),
+            _ => format!("{n} × {n} squares of triangles"),
         };
         let more = [
             (self.is_moved, "moved"),
+            (self.has_slivers, "with slivers"),
             (self.is_graded, "graded"),
             (self.is_flat, "flat"),
-            (self.is_turned, "turned"),
             (self.order > 0, "numbered in another order"),
         ];
         for (_, word) in more.iter().filter(|(is, _)| *is) {
@@ -68,34 +88,50 @@ impl Shape {
     pub fn small() -> Self {
         Shape {
             is_quadrangles: false,
+            is_solid: false,
             n: 2,
             is_moved: false,
+            has_slivers: false,
             is_graded: false,
             is_flat: false,
-            is_turned: false,
             order: 0,
         }
+    }
+
+    /// The smallest in as many dimensions.
+    pub fn smallest(self) -> Self {
+        match self.is_solid {
+            true => Shape {
+                n: 1,
+                ..self.even()
+            },
+            false => Shape::small(),
+        }
+    }
+
+    /// The number of coordinates.
+    pub fn dim(self) -> usize {
+        if self.is_solid { 3 } else { 2 }
     }
 
     /// The same size and cells, as they are generated.
     pub fn even(self) -> Self {
         Shape {
             is_quadrangles: self.is_quadrangles,
+            is_solid: self.is_solid,
             n: self.n,
-            is_turned: self.is_turned,
             ..Shape::small()
         }
     }
 
     /// The table of a form file that makes it, where a generator does.
     pub fn generator(&self) -> Option<String> {
-        let name = if self.is_quadrangles {
-            "quadrangles"
-        } else {
-            "union-jack"
+        let name = match (self.is_quadrangles, self.is_solid) {
+            (true, _) => "quadrangles",
+            (_, true) => "union-cube",
+            _ => "union-jack",
         };
-        (*self == self.even() && !self.is_turned)
-            .then(|| format!("[mesh]\ngenerator = \"{name}\"\nn = {}\n", self.n))
+        (*self == self.even()).then(|| format!("[mesh]\ngenerator = \"{name}\"\nn = {}\n", self.n))
     }
 
     /// The mesh.
@@ -103,26 +139,39 @@ impl Shape {
     /// # Errors
     /// An interruption.
     pub fn mesh(&self) -> Result<Mesh> {
-        let cuboid = Cuboid::new([0.0; 2], [1.0; 2]);
+        let cuboid = match self.is_solid {
+            true => Cuboid::new([0.0; 3], [1.0; 3]),
+            false => Cuboid::new([0.0; 2], [1.0; 2]),
+        };
+        let n = self.n as f64;
+        let is_middle = |x: &f64| ((x * n).fract() - 0.5).abs() < 0.1;
         let mut mesh = match self.is_quadrangles {
             true => lattice_mesh(self.n, &cuboid)?,
             false => union_mesh(self.n, &cuboid)?,
         };
         for point in mesh.points.to_mut() {
-            let [x, y, _] = *point;
+            let [x, y, z] = *point;
             if self.is_moved {
-                let bump = 16.0 * x * (1.0 - x) * y * (1.0 - y);
+                let depth = if self.is_solid {
+                    4.0 * z * (1.0 - z)
+                } else {
+                    1.0
+                };
+                let bump = 16.0 * x * (1.0 - x) * y * (1.0 - y) * depth;
                 point[0] += 0.03 * bump * (7.0 * y).sin();
                 point[1] += 0.03 * bump * (5.0 * x + 1.0).cos();
+                if self.is_solid {
+                    point[2] += 0.03 * bump * (6.0 * x * y).cos();
+                }
+            }
+            if self.has_slivers && point[..self.dim()].iter().all(is_middle) {
+                point[0] += 0.48 / n;
             }
             if self.is_graded {
                 point[0] *= point[0];
             }
             if self.is_flat {
                 point[1] *= 0.05;
-            }
-            if self.is_turned {
-                *point = [-point[1], point[0], 0.0];
             }
         }
         if self.order > 0 {
@@ -141,8 +190,8 @@ fn order(count: usize, random: &mut Random) -> Vec<u32> {
     all
 }
 
-/// Numbers points and the cells of each block in another order, and lets the corners of cells begin elsewhere.
-fn shuffle(mesh: &mut Mesh, seed: u64) {
+/// Numbers points and the cells of each block in another order, and lets the corners of cells begin elsewhere. Returns the new number of each point.
+pub(crate) fn shuffle(mesh: &mut Mesh, seed: u64) -> Vec<u32> {
     let mut random = Random::new(seed);
     let new = order(mesh.points.len(), &mut random);
     let mut points = mesh.points.to_vec();
@@ -162,8 +211,11 @@ fn shuffle(mesh: &mut Mesh, seed: u64) {
             for (node, corner) in to.iter_mut().zip(corners) {
                 *node = new[*corner as usize];
             }
-            if block.kind != CellKind::Line {
-                to.rotate_left(random.below(width));
+            // Turned without being turned over.
+            match block.kind {
+                CellKind::Triangle | CellKind::Quadrangle => to.rotate_left(random.below(width)),
+                CellKind::Tetrahedron => to[..3].rotate_left(random.below(3)),
+                _ => {}
             }
         }
         let entities = block.entities.clone();
@@ -179,4 +231,5 @@ fn shuffle(mesh: &mut Mesh, seed: u64) {
         }
         group.cells.sort_unstable();
     }
+    new
 }

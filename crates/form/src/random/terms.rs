@@ -72,3 +72,16 @@ pub const WHOLE: &[&str] = &[
     "0.1*exp(-dot(u, u))*div(u)*div(v)*dx",
     "0.1*avg(div(u))*avg(div(v))*dS",
 ];
+
+/// Of a second unknown, a pressure, beside those of the first.
+pub const PRESSURE: &[&str] = &[
+    "-0.1*p*q*dx",
+    "-0.2*f*q*dx",
+    "-0.1*(p + 0.2*p^3)*q*dx",
+    "-0.1*abs(g)*p*q*ds(top)",
+    "-0.1*avg(p)*avg(q)*dS",
+    "-0.1*avg(h)*jump(p)*jump(q)*dS",
+    "0.1*sin(p)*dot(b, v)*dx",
+    "-0.1*conditional(x < 0.4, p, f)*q*dx",
+    "g*q*ds(bottom)",
+];
