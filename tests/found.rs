@@ -22,6 +22,8 @@ struct Finding {
     what: String,
     /// Who meets it.
     seen: String,
+    /// How `faceoff hunt` found it, where it did.
+    hunt: Option<String>,
     /// How the right value is known.
     known: String,
     /// What faceoff does about it.
@@ -156,15 +158,18 @@ fn the_page_has_what_the_installed_releases_do() {
             (true, false) => "a fault",
             (false, _) => "gone",
         };
+        let hunt = found.hunt.as_ref();
+        let hunt = hunt.map(|how| format!("- Found by the hunt: {how}\n"));
         let language = if found.is_freefem() { "cpp" } else { "python" };
         write!(
             text,
-            "\n## {}\n\n{} {}: {state}. {}\n\n- Met by: {}\n- Prints {}; right is {}. {}\n- faceoff: {}\n\n```{language}\n{}\n```\n",
+            "\n## {}\n\n{} {}: {state}. {}\n\n- Met by: {}\n{}- Prints {}; right is {}. {}\n- faceoff: {}\n\n```{language}\n{}\n```\n",
             found.title,
             found.package,
             came.release,
             found.what,
             found.seen,
+            hunt.unwrap_or_default(),
             came.gives,
             came.right,
             found.known,
