@@ -195,6 +195,73 @@ fn what_is_no_number_is_refused_with_its_place() {
     }
 }
 
+/// Means on facets, which a program's result has off where its field is; and what is no such field.
+#[test]
+fn fields_on_facets_are_compared_facet_by_facet() {
+    let folder = folder();
+    let at = folder.path();
+    let slope =
+        "[fields.slope]\nvalue = [\"dot(grad(u), n)*ds(right, top)\", \"k*u*ds(right, top)\"]\n";
+    let text = FORM.to_owned() + slope;
+    let (code, all, told) = verify(at, &text, &[]);
+    assert_eq!(code, Some(0), "{all}");
+    let names: Vec<_> = told["fields"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| &f["field"])
+        .collect();
+    assert_eq!(names, ["slope", "u"], "{all}");
+    let ran = run(at, &["write", "known.toml", "--for", "freefem"]);
+    let changed = ran.stdout.replace("C out0 = u;", "C out0 = u + 1e-8*x^2;");
+    assert_ne!(changed, ran.stdout);
+    write(at, "changed.edp", &changed);
+    let own = "use = [\"rust\"]\n[codes.changed]\ncommand = [\"FreeFem++-nw\", \"-v\", \"0\", \"changed.edp\", \"{mesh}\", \"{out}/u.vtu\"]\n\
+               mesh = \"freefem\"\nresult = \"u.vtu\"\n";
+    let text = text.replacen("use = [\"rust\", \"freefem\"]", own, 1);
+    let (code, all, told) = verify(at, &text, &["--run"]);
+    assert_eq!(code, Some(1), "{all}");
+    let field = &told["fields"][0];
+    assert_eq!(
+        (&field["field"], &field["verdict"]),
+        (&"slope".into(), &"disagree".into()),
+        "{all}"
+    );
+    let pair = field["pairs"].as_array().unwrap().last().unwrap();
+    // 2·10⁻⁸ in the slope on the right side.
+    let far = pair["max_abs"].as_f64().unwrap();
+    assert!((far - 2e-8).abs() < 1e-13, "{pair}");
+    for (to, part) in [
+        (
+            "value = \"u*dx\"",
+            "a field on facets is of one part of the boundary",
+        ),
+        (
+            "value = \"jump(u)^2*dS\"",
+            "a field on facets is of one part",
+        ),
+        (
+            "value = [\"u*ds(left)\", \"u*ds(right)\"]",
+            "value 2, character 1: a field on facets is of one part",
+        ),
+        ("value = \"u\"", "this is not integrated"),
+        (
+            "value = \"u*ds(left)\"\nexact = 0",
+            "it has a value and exact",
+        ),
+        (
+            "value = \"u*ds(left)\"\nsame = \"problem\"\nrtol = 1",
+            "it has a value and same",
+        ),
+        ("rtol = 1", "slope is not an unknown of the form"),
+    ] {
+        write(at, "known.toml", &format!("{FORM}[fields.slope]\n{to}\n"));
+        let ran = run(at, &["verify", "known.toml"]);
+        assert_eq!(ran.code, Some(2), "{to}: {}", ran.stdout);
+        assert!(ran.stderr.contains(part), "{to}: {}", ran.stderr);
+    }
+}
+
 /// Vectors as a whole, and two unknowns: of a divergence the integral is the flux through the boundary.
 #[test]
 fn numbers_of_vectors_and_of_two_unknowns() {

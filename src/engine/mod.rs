@@ -36,7 +36,7 @@ pub use install::{Installation, install, meshio_python, plan};
 pub use job::{binary, case_label, label, raw_values, to_dofs};
 pub use machine::{HighWater, Machine, held_memory, peak_memory_mb};
 pub use quoted::{quoted, typed};
-pub use script::{Back, Form, How, Left, Script, Task, Written, copy, fill};
+pub use script::{Back, Facets, Form, How, Left, Script, Task, Written, copy, fill};
 pub use version::doubt;
 pub use written::{Source, with};
 

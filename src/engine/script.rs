@@ -83,12 +83,22 @@ pub struct Left {
     pub numbers: BTreeMap<String, f64>,
     /// Why it has no numbers, where that is known.
     pub numberless: Option<String>,
+    /// Fields on facets that were derived from its results, by name, or why there are none.
+    pub on_facets: BTreeMap<String, std::result::Result<Facets, String>>,
     /// Its linear system, if it writes one.
     pub system: Option<System>,
     /// From its start to its end.
     pub seconds: f64,
     /// Where they are, if that ends with them.
     _folder: Option<Folder>,
+}
+
+/// A field on facets that was derived from a result.
+pub struct Facets {
+    /// As if the code had written it.
+    pub written: Written,
+    /// A relative tolerance of the dofs times this is one of the field.
+    pub scale: f64,
 }
 
 /// A result that a code has written, which is read one time after the other.
@@ -101,7 +111,8 @@ pub struct Written {
     name: String,
     /// Of an answer to an image of the problem.
     image: Option<Back>,
-    series: RefCell<Series>,
+    /// None where the only time was read already.
+    series: Option<RefCell<Series>>,
     /// The number of the time that was read last, so that those who ask in turn share it.
     last: RefCell<Option<(usize, Arc<Results>)>>,
 }
@@ -115,11 +126,23 @@ impl Written {
             grid: None,
             name,
             image: None,
-            series: RefCell::new(series),
+            series: Some(RefCell::new(series)),
             last: RefCell::new(None),
         };
         written.at(written.times.len() - 1)?;
         Ok(written)
+    }
+
+    /// What was made of a result of this time, or of none.
+    pub fn made(results: Results, time: Option<f64>) -> Self {
+        Written {
+            times: vec![time],
+            grid: None,
+            name: results.source.clone(),
+            image: None,
+            series: None,
+            last: RefCell::new(Some((0, Arc::new(results)))),
+        }
     }
 
     /// The k-th of its results.
@@ -132,8 +155,12 @@ impl Written {
         {
             return Ok(results.clone());
         }
+        let Some(series) = &self.series else {
+            let what = format!("{} has one time only", self.name);
+            return Err(Error::usage(what, "ask for that"));
+        };
         let python = super::meshio_python();
-        let mut results = self.series.borrow_mut().read(k, python.as_deref())?;
+        let mut results = series.borrow_mut().read(k, python.as_deref())?;
         results.source.clone_from(&self.name);
         if let Some(back) = &self.image {
             back.bring(&mut results);
@@ -452,6 +479,7 @@ impl Script {
             numbers,
             system,
             numberless: None,
+            on_facets: BTreeMap::new(),
             seconds,
             _folder: None,
         })

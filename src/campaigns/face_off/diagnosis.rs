@@ -342,7 +342,10 @@ fn findings(
         let pairs = cause::of_field(field, level);
         found.extend(cause::findings(&field.field, field.same, &pairs, seen));
     }
-    for (asked, number) in of.numbers.iter().zip(numbers) {
+    for number in numbers {
+        let Some(asked) = of.numbers.iter().find(|asked| asked.name == number.number) else {
+            continue;
+        };
         let rows = number.rows.iter().filter(|r| r.level == *level);
         for row in rows.filter(|r| r.judged) {
             let of_pair = |(a, b): (usize, usize)| {

@@ -1,5 +1,7 @@
 //! A field of all codes: taken from what each wrote, and each pair compared at each time.
 
+use std::borrow::Cow;
+
 use super::meetings;
 use super::orders::orders;
 use super::times::{of_one, rows};
@@ -28,6 +30,10 @@ pub(super) fn file_of<'a>(
     asked: &Asked,
     code: &str,
 ) -> Result<&'a Written, String> {
+    if let Some(found) = left.on_facets.get(&asked.name) {
+        let found = found.as_ref().map(|facets| &facets.written);
+        return found.map_err(|why| format!("`{}` of {code}: {why}", asked.name));
+    }
     let name = asked.name_in(code);
     let last = |file: &Written| file.at(file.times.len() - 1).map_err(|e| e.to_string());
     let (mut known, mut unread) = (Vec::new(), None);
@@ -126,6 +132,7 @@ pub(super) fn over_times(
         Err(reason) => return Ok(vec![(None, unjudged(asked, reason))]),
     };
     let rows = rows(&asked.times, [a.name, b.name], [&of_a.times, &of_b.times]);
+    let asked = &to_rounding(asked, [a.left, b.left]);
     let mut found = Vec::with_capacity(rows.len());
     for row in rows {
         cancel::check()?;
@@ -142,6 +149,18 @@ pub(super) fn over_times(
         found.push((row.t, compared));
     }
     Ok(found)
+}
+
+/// A field on facets is also equal to rounding where its difference is no larger than such a difference of the dofs makes it.
+fn to_rounding<'a>(asked: &'a Asked, of: [&Left; 2]) -> Cow<'a, Asked> {
+    let scale = |left: &Left| Some(left.on_facets.get(&asked.name)?.as_ref().ok()?.scale);
+    let [Some(a), Some(b)] = of.map(scale) else {
+        return Cow::Borrowed(asked);
+    };
+    Cow::Owned(Asked {
+        atol: asked.atol.max(asked.rtol * a.min(b)),
+        ..asked.clone()
+    })
 }
 
 /// The time at which two are farthest from agreement.

@@ -32,7 +32,10 @@ pub(super) fn explain(
     fields: &mut [OfField],
     progress: &dyn Progress,
 ) -> Result<()> {
-    for (asked, field) in of.fields.iter().zip(fields) {
+    for field in fields {
+        let Some(asked) = of.fields.iter().find(|asked| asked.name == field.field) else {
+            continue;
+        };
         let is_low = |order: &&mut OfOrder| {
             order.verdict.is_some_and(|verdict| !verdict.passes()) && order.found.against == "exact"
         };

@@ -37,7 +37,7 @@ pub use times::short;
 
 use crate::engine::{self, How, Left, Progress, Task};
 use crate::run::convergence::{Convergence, Limit};
-use crate::run::{Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
+use crate::run::{Asked, Code, FaceOff, Failure, Judged, Label, Level, Record, Same, Store};
 use faceoff_form::image::Image;
 use faceoff_judge::{ComparedField, Comparison, UpTo, Verdict};
 use faceoff_mesh::error::{Error, Result};
@@ -336,10 +336,16 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         });
     }
     let mut shown = None;
+    // A single code is judged only by what is known.
+    let is_judged = |asked: &&Asked| {
+        let is_field = !asked.is_number && !asked.exact.is_empty();
+        players.len() > 1 || is_field || asked.exact_rtol.is_some()
+    };
     let judge = |asked| fields::judge(&players, asked, &rungs, &mut shown);
-    let mut fields = of.fields.iter().map(judge).collect::<Result<Vec<_>>>()?;
+    let fields = of.fields.iter().filter(is_judged).map(judge);
+    let mut fields = fields.collect::<Result<Vec<_>>>()?;
     limiting::explain(of, how, &players, &rungs, &mut fields, progress)?;
-    let numbers = of.numbers.iter();
+    let numbers = of.numbers.iter().filter(is_judged);
     let numbers: Vec<OfNumber> = numbers
         .map(|asked| numbers::judge(&players, asked, &rungs))
         .collect();

@@ -82,8 +82,11 @@ pub(super) fn judge(players: &[Player], asked: &Asked, rungs: &[Rung]) -> OfNumb
             }
         }
         let verdict = told.iter().map(|(verdict, _)| *verdict).max();
+        // A single code is judged by the exact value only.
+        let needed = players.len().min(2);
+        let is_compared = is_compared && needed == 2;
         let judged = is_compared && !is_settled || against.is_some() || !told.is_empty();
-        let alone = if values.len() < 2 || !judged {
+        let alone = if values.len() < needed || !judged {
             Verdict::Undetermined
         } else {
             Verdict::Agree

@@ -267,7 +267,8 @@ impl Asked {
             uncovered: None,
             times: Judged::Last,
             up_to: Vec::new(),
-            value: None,
+            value: Vec::new(),
+            is_number: false,
         }
     }
 }

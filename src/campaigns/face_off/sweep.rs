@@ -46,6 +46,9 @@ pub struct OfPoint {
     pub wrong: BTreeSet<String>,
     /// The largest relative difference of a judged field or number.
     pub largest: Option<f64>,
+    /// Where the solution is known, the largest relative error of a field on the finest mesh, in L² and H¹.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub errors: Option<[Option<f64>; 2]>,
 }
 
 /// A failure in its simplest case.
@@ -184,7 +187,8 @@ impl OfPoint {
         let pairs = pairs.filter(|pair| pair.judged);
         let fields = pairs.map(|pair| pair.compared.field.max_rel);
         let rows = of.numbers.iter().flat_map(|number| &number.rows);
-        let numbers = rows.filter(|row| row.judged).map(|row| {
+        let rows = rows.filter(|row| row.judged && row.values.len() > 1);
+        let numbers = rows.map(|row| {
             let of = |fold: fn(f64, f64) -> f64| row.values.values().copied().reduce(fold);
             let (Some(low), Some(high)) = (of(f64::min), of(f64::max)) else {
                 return 0.0;
@@ -196,9 +200,25 @@ impl OfPoint {
                 0.0
             }
         });
+        let known = of.fields.iter().flat_map(|f| &f.orders);
+        let known = known.filter(|order| order.found.against == "exact");
+        let finest = known.filter_map(|order| order.found.levels.last()?.norms);
+        let relative = finest.map(|norms| {
+            let h1 = norms.h1.zip(norms.h1_scale);
+            [
+                Some(norms.l2 / norms.l2_scale),
+                h1.map(|(error, scale)| error / scale),
+            ]
+        });
+        // One that is not a number is the largest.
+        let larger = |a: Option<f64>, b: Option<f64>| match (a, b) {
+            (Some(a), Some(b)) if b.is_nan() || b > a => Some(b),
+            (a, b) => a.or(b),
+        };
         OfPoint {
             at: at.clone(),
             verdict: of.verdict,
+            errors: relative.reduce(|[a, b], [c, d]| [larger(a, c), larger(b, d)]),
             wrong: wrong(of),
             largest: fields
                 .chain(numbers)

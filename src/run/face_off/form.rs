@@ -206,7 +206,9 @@ impl Reader {
             let mut code = match name.as_str() {
                 OWN => own(form),
                 _ => {
-                    let by_hand = Spelled::by_hand(&name).filter(|_| self.scene.is_some());
+                    // freefem/elastic.idp is for the plane: in space its script is made from the form.
+                    let is_by_hand = |code: &&Spelled| self.scene.is_some() && code.has(form);
+                    let by_hand = Spelled::by_hand(&name).filter(is_by_hand);
                     let code = by_hand.or_else(|| Spelled::of_name(&name));
                     written(form, code.ok_or_else(refuse)?)
                 }
@@ -236,9 +238,10 @@ impl Reader {
             return Ok(());
         }
         let unknowns = || form.unknowns.iter().map(|unknown| unknown.name.as_str());
+        let is_derived = |table: &toml::Value| table.get("value").is_some();
         if let Some((name, _)) = fields
             .iter()
-            .find(|(name, _)| !unknowns().any(|u| u == inner(name)))
+            .find(|(name, table)| !is_derived(table) && !unknowns().any(|u| u == inner(name)))
         {
             let what = format!("{name} is not an unknown of the form, nor derived from one");
             let remedy = format!(
@@ -248,7 +251,17 @@ impl Reader {
             );
             return Err(self.refuse(&format!("fields.{name}"), what, &remedy));
         }
-        if fields.is_empty() {
+        let is_of_form = |(name, table): (&String, &toml::Value)| {
+            is_derived(table) && unknowns().any(|u| u == inner(name))
+        };
+        if let Some((name, _)) = fields.iter().find(|field| is_of_form(*field)) {
+            let what = format!(
+                "{name} is an unknown: only numbers of a form have a value, and fields on facets"
+            );
+            let remedy = "give the field on facets a name of its own";
+            return Err(self.refuse(&format!("fields.{name}"), what, remedy));
+        }
+        if fields.iter().all(|(_, table)| is_derived(table)) {
             let all = unknowns().map(|name| (name.to_owned(), toml::Table::new().into()));
             fields.extend(all);
         }

@@ -1,25 +1,42 @@
-//! The numbers of a form: integrals of what each code has found, all taken here, so that codes need not write them; and its results as meshes.
+//! The numbers of a form and its fields on facets: integrals of what each code has found, all taken here, so that codes need not write them; and its
+//! results as meshes.
 
 use std::collections::BTreeMap;
 
-use super::{Code, FaceOff};
-use crate::engine::{Left, with};
+use super::{Asked, Code, FaceOff};
+use crate::engine::{self, Facets, Left, with};
 use crate::run::Written;
 use faceoff_form::Problem;
-use faceoff_form::own::Functionals;
+use faceoff_form::own::{Functionals, OnFacets};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
+use faceoff_mesh::io::{self, Content};
 use faceoff_mesh::mesh::{CellBlock, Field, Mesh, Support, Values};
 
-/// What is wrong with a number, with its place, and what to do; `None` if nothing is.
-fn fault(form: &Problem, text: &str) -> Option<(String, String)> {
-    let fault = Functionals::new(form).add(text).err()?;
-    let what = format!("value, character {}: {}", fault.at + 1, fault.what);
+/// What is wrong with a number or a field on facets, with its place, and what to do; `None` if nothing is.
+fn fault(form: &Problem, texts: &[String], of_number: bool) -> Option<(String, String)> {
+    let (k, fault) = match texts {
+        [text] if of_number => (0, Functionals::new(form).add(text).err()?),
+        _ if of_number => {
+            let what = "a number has one value".to_owned();
+            return Some((what, "give one integral of the solution".to_owned()));
+        }
+        texts => OnFacets::new(form, texts).err()?,
+    };
+    let component = match texts {
+        [_] => String::new(),
+        _ => format!(" {}", k + 1),
+    };
+    let what = format!(
+        "value{component}, character {}: {}",
+        fault.at + 1,
+        fault.what
+    );
     Some((what, fault.remedy))
 }
 
 impl FaceOff {
-    /// Adds the numbers of the form, on this mesh, to what a code left, or why it has none.
+    /// Adds the numbers of the form, on this mesh, and its fields on facets to what a code left, or why it has none.
     pub fn integrate(
         &self,
         code: &Code,
@@ -27,10 +44,19 @@ impl FaceOff {
         parameters: &BTreeMap<String, String>,
         left: &mut Left,
     ) {
-        let (Some(form), Some(mesh), false) = (&self.form, mesh, self.numbers.is_empty()) else {
+        let (Some(form), Some(mesh)) = (&self.form, mesh) else {
             return;
         };
-        match self.integrals(code, mesh, &with(form, parameters), left) {
+        let form = with(form, parameters);
+        for asked in self.fields.iter().filter(|asked| asked.is_on_facets()) {
+            let found = self.on_facets(code, mesh, &form, left, asked);
+            let found = found.map_err(|error| error.to_string());
+            left.on_facets.insert(asked.name.clone(), found);
+        }
+        if self.numbers.is_empty() {
+            return;
+        }
+        match self.integrals(code, mesh, &form, left) {
             Ok(values) => {
                 let names = self.numbers.iter().map(|asked| asked.name_in(code.name()));
                 left.numbers.extend(names.map(str::to_owned).zip(values));
@@ -47,11 +73,37 @@ impl FaceOff {
         left: &Left,
     ) -> Result<Vec<f64>> {
         let mut all = Functionals::new(form);
-        for text in self.numbers.iter().filter_map(|asked| asked.value.as_ref()) {
+        for text in self.numbers.iter().flat_map(|asked| &asked.value) {
             all.add(text)
                 .map_err(|fault| Error::usage(fault.what, fault.remedy))?;
         }
         self.first(code, left, |result, unit| all.of(source, result, unit))
+    }
+
+    /// A field on facets at the last time.
+    fn on_facets(
+        &self,
+        code: &Code,
+        source: &Mesh,
+        form: &Problem,
+        left: &Left,
+        asked: &Asked,
+    ) -> Result<Facets> {
+        let of = OnFacets::new(form, &asked.value)
+            .map_err(|(_, fault)| Error::usage(fault.what, fault.remedy))?;
+        let name = &asked.name;
+        let found = self.first(code, left, |result, unit| of.of(name, source, result, unit))?;
+        let time = left.results.iter().find_map(|file| file.times.last());
+        let content = Content {
+            mesh: found.mesh,
+            ..Content::default()
+        };
+        let origin = format!("`{name}` of {}", code.name());
+        let results = io::of_content(origin.as_ref(), content)?;
+        Ok(Facets {
+            written: engine::Written::made(results, time.copied().flatten()),
+            scale: found.scale,
+        })
     }
 
     /// What the first result of a code that has it says: a mesh whose fields are called as the face-off calls them, at the last time, and the
@@ -117,19 +169,23 @@ fn mesh(results: &Results) -> Mesh {
 }
 
 /// What is wrong with the `value` of a field, or of a number of a form or of other files, and what to do. The numbers of a form are integrals, as its
-/// scripts write fields only; those of other files are written by the codes.
+/// scripts write fields only; those of other files are written by the codes. A field of a form with a value is one on facets.
 pub(super) fn misplaced(
-    value: Option<&str>,
-    form_of_number: Option<&Problem>,
+    value: &[String],
+    form: Option<&Problem>,
+    of_number: bool,
 ) -> Option<(String, String)> {
-    let (what, remedy) = match (value, form_of_number) {
-        (Some(text), Some(form)) => return fault(form, text),
-        (Some(_), None) => ("only numbers of a form have a value", "leave value out"),
-        (None, Some(_)) => (
+    let (what, remedy) = match (value.is_empty(), form, of_number) {
+        (false, Some(form), _) => return fault(form, value, of_number),
+        (false, None, _) => (
+            "only numbers of a form have a value, and fields on facets",
+            "leave value out",
+        ),
+        (true, Some(_), true) => (
             "scripts of forms write fields only, and this is a number",
             "give an integral of the solution, as in value = \"u*dx\"",
         ),
-        (None, None) => return None,
+        (true, ..) => return None,
     };
     Some((what.to_owned(), remedy.to_owned()))
 }

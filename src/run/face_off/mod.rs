@@ -135,8 +135,10 @@ pub struct Asked {
     pub times: Judged,
     /// Of a field: what its problem leaves open.
     pub up_to: Vec<UpTo>,
-    /// Of a number of a form: the integral that it is.
-    pub value: Option<String>,
+    /// Of a number of a form: the integral that it is. Of a field of a form that is derived on facets: an integral for each component.
+    pub value: Vec<String>,
+    /// Is it a number?
+    pub is_number: bool,
 }
 
 /// What codes share.
@@ -153,6 +155,11 @@ impl Asked {
     /// What a code calls it.
     pub fn name_in(&self, code: &str) -> &str {
         self.names.get(code).unwrap_or(&self.name)
+    }
+
+    /// Is it a field of means on facets, which is derived here from the result of each code?
+    pub fn is_on_facets(&self) -> bool {
+        !self.is_number && !self.value.is_empty()
     }
 }
 
@@ -257,6 +264,12 @@ impl FaceOff {
             Error::usage(what, remedy)
         })?;
         Ok(self)
+    }
+
+    /// Of a scene of elasticity: the parameter that is its friction.
+    pub fn friction(&self) -> Option<String> {
+        let given = self.reader.scene.as_ref()?.friction.clone()?;
+        self.parameters.contains_key(&given).then_some(given)
     }
 
     /// What to run, the coarsest first; one level where the mesh is as it is and no parameter is a list.

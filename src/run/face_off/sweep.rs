@@ -286,6 +286,42 @@ impl FaceOff {
         Err((format!("nothing is called `{name}`"), remedy))
     }
 
+    /// A sweep over one parameter, whose values are in the order of the list.
+    ///
+    /// # Errors
+    /// A name of nothing.
+    pub fn over(&self, name: &str, values: &[&str]) -> Result<Sweep> {
+        self.may_sweep(name)
+            .map_err(|(what, remedy)| Error::usage(what, remedy))?;
+        let point = |value: &&str| [(name.to_owned(), (*value).to_owned())].into();
+        Ok(Sweep {
+            names: vec![name.to_owned()],
+            seed: None,
+            points: values.iter().map(point).collect(),
+        })
+    }
+
+    /// The same on a generated mesh of another size.
+    ///
+    /// # Errors
+    /// A mesh that is not generated.
+    pub fn sized(&self, size: &[f64]) -> Result<FaceOff> {
+        let mut tables = self.tables.clone();
+        if let Some(mesh) = tables.get_mut("mesh").and_then(toml::Value::as_table_mut) {
+            let size: Vec<toml::Value> = size.iter().map(|x| (*x).into()).collect();
+            mesh.insert("size".to_owned(), size.into());
+        }
+        let mut found = self.reader.read_tables(tables)?;
+        let names: Vec<&str> = self.codes.iter().map(super::Code::name).collect();
+        found.codes.retain(|code| names.contains(&code.name()));
+        Ok(found)
+    }
+
+    /// Is its mesh made by a generator?
+    pub fn is_generated(&self) -> bool {
+        matches!(self.mesh, Some(super::Source::Generated(..)))
+    }
+
     /// The same with values of n, of parameters, or of the step in time or the degree of a form; they are no longer swept.
     ///
     /// # Errors

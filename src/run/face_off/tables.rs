@@ -114,7 +114,8 @@ struct AskedTable {
     times: Option<Judged>,
     #[serde(default)]
     up_to: Several<UpTo>,
-    value: Option<String>,
+    #[serde(default)]
+    value: Several<String>,
     #[serde(default)]
     names: BTreeMap<String, String>,
 }
@@ -150,6 +151,25 @@ impl AskedTable {
     }
 }
 
+impl AskedTable {
+    /// What a field with a value may not say.
+    fn only_compared(&self) -> Option<String> {
+        if self.value.as_slice().is_empty() {
+            return None;
+        }
+        let others = [
+            ("same = \"problem\"", self.same == Some(Same::Problem)),
+            ("exact", !self.exact.as_slice().is_empty()),
+            ("orders", self.orders.l2.or(self.orders.h1).is_some()),
+            ("up_to", !self.up_to.as_slice().is_empty()),
+            ("uncovered", self.uncovered.is_some()),
+            ("names", !self.names.is_empty()),
+        ];
+        let found = others.iter().find(|(_, is_given)| *is_given);
+        found.map(|(key, _)| format!("it has a value and {key}"))
+    }
+}
+
 impl<T> Default for Several<T> {
     fn default() -> Self {
         Several::List(Vec::new())
@@ -157,6 +177,13 @@ impl<T> Default for Several<T> {
 }
 
 impl<T> Several<T> {
+    pub fn as_slice(&self) -> &[T] {
+        match self {
+            Several::One(one) => std::slice::from_ref(one),
+            Several::List(list) => list,
+        }
+    }
+
     pub fn list(self) -> Vec<T> {
         match self {
             Several::One(one) => vec![one],
@@ -308,9 +335,14 @@ impl Reader {
                 }
                 let of_number = kind == "numbers";
                 self.check_open(&place, &name, &table.up_to, form.as_ref(), of_number)?;
-                let form_of_number = form.as_ref().filter(|_| of_number);
-                if let Some((what, remedy)) = misplaced(table.value.as_deref(), form_of_number) {
+                let value = table.value.as_slice();
+                if let Some((what, remedy)) = misplaced(value, form.as_ref(), of_number) {
                     return Err(self.refuse(&place, what, &remedy));
+                }
+                if let Some(what) = table.only_compared().filter(|_| !of_number) {
+                    let remedy =
+                        "leave it out: a field on facets is compared between codes on one mesh";
+                    return Err(self.refuse(&place, what, remedy));
                 }
                 let key = match of_number {
                     true => table.times.as_ref().map(|_| "times"),
@@ -324,7 +356,8 @@ impl Reader {
                     ));
                 }
                 table.times.get_or_insert_with(|| file.times.clone());
-                let asked = self.asked(&place, name, table, &parameters, &codes)?;
+                let mut asked = self.asked(&place, name, table, &parameters, &codes)?;
+                asked.is_number = of_number;
                 if of_number && asked.exact.iter().any(|formula| formula.has_time) {
                     let what = "exact has t, and a number is of no time".to_owned();
                     return Err(self.refuse(&place, what, "put the time in for t"));
@@ -377,7 +410,7 @@ impl Reader {
         let symmetries = symmetries.collect::<Result<Vec<Image>>>()?;
         let files = codes.iter().map(Code::files);
         let has_fields = !fields.is_empty() || spectra.iter().any(|of| of.modes.is_some());
-        let has_numbers = !spectra.is_empty() || numbers.iter().any(|asked| asked.value.is_none());
+        let has_numbers = !spectra.is_empty() || numbers.iter().any(|asked| asked.value.is_empty());
         let lacks = |code: &&Script| {
             code.results.is_empty() && has_fields || code.numbers.is_none() && has_numbers
         };
@@ -438,10 +471,7 @@ impl Reader {
         form: Option<&Problem>,
         of_number: bool,
     ) -> Result<()> {
-        let all = match up_to {
-            Several::One(one) => std::slice::from_ref(one),
-            Several::List(all) => all,
-        };
+        let all = up_to.as_slice();
         let why = match (form, of_number && !all.is_empty()) {
             (_, true) => Some("up_to is of fields, and this is a number".to_owned()),
             (Some(form), _) => all.iter().find_map(|up_to| not_open(form, name, *up_to)),
@@ -665,7 +695,8 @@ impl Reader {
             uncovered: table.uncovered,
             times: table.times.unwrap_or_default(),
             up_to: table.up_to.list(),
-            value: table.value,
+            value: table.value.list(),
+            is_number: false,
         })
     }
 }

@@ -93,6 +93,11 @@ impl Code {
     /// two words behind it name other files.
     ///
     /// # Errors
+    /// Has the code what this problem needs?
+    pub fn has(&self, problem: &Problem) -> bool {
+        (self.lacks)(problem).is_ok()
+    }
+
     /// What the code lacks for this problem.
     pub fn script(&self, problem: &Problem) -> std::result::Result<String, String> {
         self.script_reading(problem, &self.mesh_file(problem, None), false)

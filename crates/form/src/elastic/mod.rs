@@ -18,17 +18,19 @@ use faceoff_fem::contact::{Law, Method};
 use faceoff_mesh::error::{Error, Place, Result};
 
 pub use lines::Lines;
-use read::Read;
+use read::{Read, Scene};
 
 /// γ₀ where there is no penalty: of second order in L² needs it large.
 const GAMMA0: f64 = 100.0;
 /// γ₀ where θ₂ > 0: the penalty is γ⁻¹.
 const GAMMA0_OF_PENALTY: f64 = 0.1;
+/// What rounding leaves of P, relative to its terms.
+const UNTOLD: f64 = 1e-9;
 /// β.
 const BETA: f64 = 10.0;
 
 /// Built-in scenes by name, each in `builtin/NAME.toml`.
-const BUILTIN: [(&str, &str); 4] = [
+const BUILTIN: [(&str, &str); 5] = [
     (
         "elastic-transition",
         include_str!("builtin/elastic-transition.toml"),
@@ -39,13 +41,23 @@ const BUILTIN: [(&str, &str); 4] = [
         include_str!("builtin/friction-patch.toml"),
     ),
     ("hertz-line", include_str!("builtin/hertz-line.toml")),
+    (
+        "hertz-sphere-elastic",
+        include_str!("builtin/hertz-sphere-elastic.toml"),
+    ),
 ];
 
 /// Meshes that built-in scenes name.
-const MESHES: [(&str, &[u8]); 1] = [(
-    "hertz.msh",
-    include_bytes!("../../../../examples/hertz/hertz.msh"),
-)];
+const MESHES: [(&str, &[u8]); 2] = [
+    (
+        "hertz.msh",
+        include_bytes!("../../../../examples/hertz/hertz.msh"),
+    ),
+    (
+        "ball.msh",
+        include_bytes!("../../../../examples/hertz/ball.msh"),
+    ),
+];
 
 /// A scene as a weak form.
 #[derive(Debug, Clone)]
@@ -54,6 +66,8 @@ pub struct Lowered {
     pub text: Lines,
     /// Where contact is possible and where the traction is given.
     pub parts: Parts,
+    /// The formula of the friction that is given, Coulomb's or Tresca's.
+    pub friction: Option<String>,
 }
 
 /// Parts of the boundary, and what else a script that is not made from the form has to know.
@@ -92,6 +106,11 @@ pub fn catalogue() -> impl Iterator<Item = (&'static str, &'static str)> {
 pub fn mesh(name: &str) -> Option<&'static [u8]> {
     let found = MESHES.iter().find(|(known, _)| *known == name);
     found.map(|(_, bytes)| *bytes)
+}
+
+/// Is there this method for elasticity?
+pub fn has(method: &Method) -> bool {
+    matches!(method.law, Law::Nitsche(law) if law.theta2 >= 0.0)
 }
 
 /// The weak form that a scene is by a method, to be solved by these codes; `origin` is what messages call the scene.
@@ -184,12 +203,17 @@ pub fn lower(origin: &Path, text: &str, method: &Method, codes: &[&str]) -> Resu
         (_, Some(_)) => Some("coulomb*max(w_n(u) - psi - gamma*sigma_n(u), 0)"),
         (None, None) => None,
     };
+    if scene.dim == 2 {
+        let shear = format!(
+            "\"sigma_t(w)\" = \"dot(sigma(w), n)[0]*{along}[1] - dot(sigma(w), n)[1]*{along}[0]\""
+        );
+        lines.make(head, &shear);
+    }
     if let Some(radius) = radius {
         lines.make(
             head,
             &format!(
-                "\"sigma_t(w)\" = \"dot(sigma(w), n)[0]*n[1] - dot(sigma(w), n)[1]*n[0]\"\n\
-             \"w_t(w)\" = \"w[0]*n[1] - w[1]*n[0]\"\n\
+                "\"w_t(w)\" = \"w[0]*n[1] - w[1]*n[0]\"\n\
              P_t = \"gamma*sigma_t(u) - w_t(u)\"\n\
              radius = \"{radius}\""
             ),
@@ -248,6 +272,7 @@ pub fn lower(origin: &Path, text: &str, method: &Method, codes: &[&str]) -> Resu
     lines.make(scene.boundary.line, "[dirichlet]");
     for group in &scene.dirichlet {
         let g = scene.data.need(&read, "g")?;
+        let g = g.part(group).unwrap_or(g);
         lines.make(g.line, &format!("{} = {}", quoted(group), g.value));
     }
     let names: Vec<String> = codes.iter().map(|code| quoted(code)).collect();
@@ -264,6 +289,14 @@ pub fn lower(origin: &Path, text: &str, method: &Method, codes: &[&str]) -> Resu
                 &format!("orders = {{ l2 = {}, h1 = {degree} }}", degree + 1),
             ),
         }
+    }
+    for (name, components) in on_contact(&scene, along, radius.is_some()) {
+        let components = components
+            .iter()
+            .map(|of| quoted(&format!("({of})*{contact}")));
+        let value = components.collect::<Vec<_>>().join(", ");
+        let field = format!("[fields.{name}]\nvalue = [{value}]\nrtol = 1e-11");
+        lines.make(head, &field);
     }
     let status = "conditional(gamma*sigma_n(u) - (w_n(u) - psi) <= 0, 1, 0)";
     let mut numbers = vec![
@@ -289,7 +322,10 @@ pub fn lower(origin: &Path, text: &str, method: &Method, codes: &[&str]) -> Resu
     for table in &scene.numbers {
         table.put(&mut lines);
     }
+    let friction = scene.data.get("friction").or(scene.data.get("coulomb"));
+    let friction = friction.map(|entry| entry.value.trim_matches(['"', '\'']).to_owned());
     Ok(Lowered {
+        friction,
         text: lines,
         parts: Parts {
             contact: scene.contact,
@@ -297,6 +333,28 @@ pub fn lower(origin: &Path, text: &str, method: &Method, codes: &[&str]) -> Resu
             is_stress: scene.is_stress,
         },
     })
+}
+
+/// What is compared on each facet of Γ_C: σₙ and σ_t, then the part of it that is in contact, and with friction the part that sticks. A point whose status
+/// rounding decides counts half.
+fn on_contact(scene: &Scene, along: &str, has_friction: bool) -> [(&'static str, Vec<String>); 2] {
+    let mut stress = vec!["sigma_n(u)".to_owned()];
+    match scene.dim {
+        2 => stress.push("sigma_t(u)".into()),
+        dim => {
+            let part = |k| format!("dot(sigma(u), n)[{k}] - sigma_n(u)*{along}[{k}]");
+            stress.extend((0..dim).map(part));
+        }
+    }
+    let share = |of: &str| {
+        let terms = "gamma0*h*sqrt(inner(grad(u), grad(u))) + abs(w_n(u)) + abs(psi)";
+        format!("conditional(abs({of}) <= {UNTOLD:?}*({terms}), 1/2, conditional({of} < 0, 1, 0))")
+    };
+    let mut status = vec![share("(gamma*sigma_n(u) - (w_n(u) - psi))")];
+    if has_friction {
+        status.push(share("(abs(P_t) - radius)"));
+    }
+    [("stress", stress), ("status", status)]
 }
 
 /// A text of TOML.

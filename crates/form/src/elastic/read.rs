@@ -29,6 +29,8 @@ pub struct Entry<'a> {
     pub count: Option<usize>,
     /// Its texts, where it is one or a list of them; numbers as they are written.
     pub texts: Option<Vec<String>>,
+    /// What it holds, where it is a table.
+    pub parts: Vec<Entry<'a>>,
 }
 
 /// A table with its entries in the order of the file.
@@ -73,6 +75,13 @@ const TABLES: [(&str, &[&str]); 9] = [
     ("exact", &["u", "orders"]),
     ("numbers", &[]),
 ];
+
+impl<'a> Entry<'a> {
+    /// The part of this name.
+    pub fn part(&self, name: &str) -> Option<&Entry<'a>> {
+        self.parts.iter().find(|part| part.key == name)
+    }
+}
 
 impl Table<'_> {
     pub fn get(&self, key: &str) -> Option<&Entry<'_>> {
@@ -133,7 +142,10 @@ impl<'a> Read<'a> {
             _ => None,
         };
         let list = value.get_ref().as_array();
+        let parts = value.get_ref().as_table().into_iter().flatten();
+        let parts = parts.map(|(key, value)| self.entry(key.get_ref(), key.span(), value));
         Entry {
+            parts: parts.collect(),
             key: key.to_owned(),
             // What a key and its value are not is the start of the file.
             text: self.text.get(place.start..span.end).unwrap_or_default(),
@@ -261,6 +273,18 @@ impl<'a> Read<'a> {
                 _ => {}
             }
         }
+        if let Some(g) = data.get("g").filter(|g| !g.parts.is_empty()) {
+            let other = g.parts.iter().find(|part| !dirichlet.contains(&part.key));
+            let left = dirichlet.iter().find(|group| g.part(group).is_none());
+            let (line, what) = match (other, left) {
+                (Some(part), _) => (part.line, format!("{} is no group of dirichlet", part.key)),
+                (None, Some(group)) => (g.line, format!("g has no values for {group}")),
+                (None, None) => (g.line, String::new()),
+            };
+            if !what.is_empty() {
+                return Err(self.refuse(line, what, "give one list for each group of dirichlet"));
+            }
+        }
         if let Some(entry) = data.get("friction").or(data.get("coulomb")) {
             let key = &entry.key;
             let (what, remedy) = match (data.get("along"), data.get("coulomb")) {
@@ -305,7 +329,13 @@ impl<'a> Read<'a> {
     /// That of the vectors among the data.
     fn dim(&self, data: &Table<'_>) -> Result<usize> {
         let vectors = ["f", "g", "t", "along"].into_iter();
-        let all: Vec<&Entry> = vectors.filter_map(|key| data.get(key)).collect();
+        let given = vectors.filter_map(|key| data.get(key));
+        // g may be another one on each group.
+        let all = given.flat_map(|entry| match &entry.parts[..] {
+            [] => std::slice::from_ref(entry),
+            parts => parts,
+        });
+        let all: Vec<&Entry> = all.collect();
         let Some(first) = all.first() else {
             let what = "[data] has neither f, g nor t";
             return Err(self.refuse(data.line, what, "nothing moves the body: give one of them"));

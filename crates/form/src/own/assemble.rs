@@ -178,6 +178,46 @@ impl Assembler {
         }
     }
 
+    /// Calls `with` with each facet of an integral, what it adds to the rows of an unknown, and by how much that may change when each dof of an unknown
+    /// changes by as much as `by` says; to first order.
+    pub(super) fn by_facet(
+        &self,
+        (integral, unknown): (usize, usize),
+        state: State,
+        by: &[f64],
+        mut with: impl FnMut(usize, f64, f64),
+    ) {
+        let work = &self.works[integral];
+        let mut scratch = Scratch::default();
+        for entities in work.batches(&work.entities) {
+            let batch = Batch {
+                problem: &self.problem,
+                mesh: &self.mesh,
+                dofs: &self.dofs,
+                work,
+                entities,
+            };
+            batch.run(state, &mut scratch, true);
+            let facet = work.placements[usize::from(entities[0].places[0])].facet;
+            let n = entities.len();
+            for (c, entity) in entities.iter().enumerate() {
+                let (mut sum, mut change) = (0.0, 0.0);
+                for row in work.blocks.iter().filter(|row| row.unknown == unknown) {
+                    for i in row.start..row.start + row.count {
+                        sum += scratch.vector[i * n + c];
+                        for column in &work.blocks {
+                            let all = column.start..column.start + column.count;
+                            let of = |j: usize| scratch.matrix[(i * work.size + j) * n + c].abs();
+                            change += by[column.unknown] * all.map(of).sum::<f64>();
+                        }
+                    }
+                }
+                let cell = entity.cells[0] as usize;
+                with(self.mesh.cell_faces(cell)[facet] as usize, sum, change);
+            }
+        }
+    }
+
     fn sums(
         &self,
         state: State,

@@ -15,11 +15,11 @@ use crate::problem::{Element, Integral, Problem, Space, Unknown};
 #[derive(Debug)]
 pub struct Functionals {
     /// With one more unknown, which has no name.
-    problem: Problem,
-    integrals: Vec<Integral>,
+    pub(super) problem: Problem,
+    pub(super) integrals: Vec<Integral>,
     /// The number that each integral is part of.
-    owners: Vec<usize>,
-    count: usize,
+    pub(super) owners: Vec<usize>,
+    pub(super) count: usize,
 }
 
 impl Functionals {

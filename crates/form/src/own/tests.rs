@@ -5,7 +5,7 @@ use std::path::Path;
 use faceoff_mesh::mesh::generate::{union_cube, union_jack};
 use faceoff_mesh::mesh::{Mesh, Values};
 
-use super::{Assembler, State, Wanted, output, solve};
+use super::{Assembler, OnFacets, State, Wanted, output, solve};
 use crate::judge::judge;
 use crate::problem::Problem;
 
@@ -199,4 +199,44 @@ fn what_is_given_everywhere_is_the_solution() {
     for (x, u) in cells.points.iter().zip(fields[0].values.to_f64().iter()) {
         assert!((x[0] - u).abs() < 1e-15, "{x:?}: {u}");
     }
+}
+
+/// Means of xy + y on facets are their values at midpoints plus what xy bends; each changes by as much as its dofs do at most.
+#[test]
+fn means_on_facets_are_those_by_hand() {
+    let text = "[spaces]\nu = \"P2\"\n[form]\nF = \"u*v*dx - (x*y + y)*v*dx\"\n";
+    let mesh = mesh(2);
+    let problem = problem(text, &mesh);
+    let solution = solve(&problem, &mesh).unwrap();
+    let assembler = Assembler::new(&problem, &mesh).unwrap();
+    let (mut result, fields) = output(&assembler, &solution.u);
+    result.fields = fields;
+    let texts = ["u*ds(right)", "dot(grad(u), n)*ds(right)"].map(str::to_owned);
+    let of = OnFacets::new(&problem, &texts).unwrap();
+    let found = of.of("u", &mesh, &result, 0.0).unwrap();
+    let Values::F64(values) = &found.mesh.fields[0].values else {
+        panic!("{:?}", found.mesh.fields);
+    };
+    assert_eq!(found.mesh.blocks[0].len(), 3);
+    for (facet, means) in found.mesh.blocks[0].cells().zip(values.chunks_exact(2)) {
+        let ends: Vec<[f64; 3]> = facet
+            .iter()
+            .map(|k| found.mesh.points[*k as usize])
+            .collect();
+        let y = (ends[0][1] + ends[1][1]) / 2.0;
+        assert!(ends.iter().all(|x| x[0] == 1.0));
+        // u = 2y and ∂ₓu = y there.
+        assert!((means[0] - 2.0 * y).abs() < 1e-13, "{means:?} at {y}");
+        assert!((means[1] - y).abs() < 1e-12, "{means:?} at {y}");
+    }
+    // The slope of P2 is at most that of its basis, which changes by some 1/h.
+    let largest = 1.4;
+    assert!(
+        found.scale > largest && found.scale < 20.0 * 3.0 * largest,
+        "{}",
+        found.scale
+    );
+    let of_u = OnFacets::new(&problem, &texts[..1]).unwrap();
+    let scale = of_u.of("u", &mesh, &result, 0.0).unwrap().scale;
+    assert!((scale / largest - 1.0).abs() < 1e-12, "{scale}");
 }
