@@ -43,10 +43,20 @@ fn three_codes_agree_on_every_scene() {
         ["elastic-transition-cr", "contact-patch-cr", "hertz-line-cr"]
     );
     for of in all {
-        let pairs = of["fields"][0]["pairs"].as_array().unwrap();
-        assert_eq!(pairs.len(), 3, "{of}");
-        for pair in pairs {
-            assert!(pair["max_rel"].as_f64().unwrap() < 1e-11, "{pair}");
+        let fields = of["fields"].as_array().unwrap();
+        let names: Vec<&str> = fields
+            .iter()
+            .map(|f| f["field"].as_str().unwrap())
+            .collect();
+        // On each facet of Γ_C σₙ, σ_t and the status, and u.
+        assert_eq!(names, ["status", "stress", "u"]);
+        for field in fields {
+            let pairs = field["pairs"].as_array().unwrap();
+            assert_eq!(pairs.len(), 3, "{of}");
+            for pair in pairs {
+                assert!(pair["max_rel"].as_f64().unwrap() < 1e-11, "{pair}");
+                assert_eq!(pair["verdict"], "agree");
+            }
         }
         let numbers = of["numbers"].as_array().unwrap();
         for name in ["contact", "force", "pressure"] {
@@ -61,6 +71,116 @@ fn three_codes_agree_on_every_scene() {
     let exact = 8.0 * p0 * 8.0 / (3.0 * std::f64::consts::PI);
     let found = pressure["rows"][0]["values"]["freefem"].as_f64().unwrap();
     assert!((found / exact - 1.0).abs() < 1e-2, "{found} {exact}");
+}
+
+/// Plane stress is plane strain with E(1 + 2ν)/(1 + ν)² and ν/(1 + ν).
+#[test]
+fn plane_stress_is_plane_strain_with_other_constants() {
+    let folder = folder();
+    let at = folder.path();
+    let (e, nu) = (1.0_f64, 0.3_f64);
+    let mut found = Vec::new();
+    for (plane, e, nu) in [
+        ("stress", e, nu),
+        (
+            "strain",
+            e * (1.0 + 2.0 * nu) / (1.0 + nu).powi(2),
+            nu / (1.0 + nu),
+        ),
+        // The check can fail.
+        ("strain", e, nu),
+    ] {
+        let material = format!("E = {e:?}\nnu = {nu:?}\nplane = \"{plane}\"");
+        let usual = "E = 1.0\nnu = 0.3\nplane = \"strain\"";
+        let file = scene(at, "elastic-transition", usual, &material);
+        let words = "--methods cr --n 4 --engines rust,freefem --json o.json";
+        let words: Vec<&str> = ["verify", &file]
+            .into_iter()
+            .chain(words.split(' '))
+            .collect();
+        let ran = run(at, &words);
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+        let told = read(at);
+        let numbers = told["numbers"].as_array().unwrap();
+        let values = numbers
+            .iter()
+            .map(|of| of["rows"][0]["values"]["freefem"].as_f64().unwrap());
+        found.push(values.collect::<Vec<_>>());
+    }
+    let far = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .map(|(a, b)| (a / b - 1.0).abs())
+            .fold(0.0, f64::max)
+    };
+    assert!(far(&found[0], &found[1]) < 1e-12, "{found:?}");
+    assert!(far(&found[0], &found[2]) > 1e-3, "{found:?}");
+}
+
+/// Hertz's ball: in our solver and in dolfinx's scheme by hand.
+#[test]
+fn a_ball_on_a_plane_has_the_pressure_of_hertz() {
+    let folder = folder();
+    let at = folder.path();
+    let words = "verify hertz-sphere-elastic --methods cr --engines rust,fenicsx --json o.json";
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let told = read(at);
+    for of in told["numbers"].as_array().unwrap() {
+        assert_eq!(of["verdict"], "agree", "{of}");
+    }
+    let fields = told["fields"].as_array().unwrap();
+    assert_eq!(fields.len(), 3);
+}
+
+/// E, ν, friction and thin bodies at their extremes, and γ₀ and β over their ranges.
+#[test]
+fn extremes_and_ranges_are_swept() {
+    let folder = folder();
+    let at = folder.path();
+    let words = "stress elastic-transition contact-patch friction-patch --methods cr --json o.json --report page";
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    assert_valid(
+        "json",
+        "src/report/schema/face-offs-1.json",
+        &at.join("o.json"),
+    );
+    let told = read(at);
+    let all = told["face_offs"].as_array().unwrap();
+    let names: Vec<&str> = all.iter().map(|of| of["name"].as_str().unwrap()).collect();
+    for name in [
+        "elastic-transition-cr over nu",
+        "elastic-transition-cr of height 0.02",
+        "contact-patch-cr over E",
+        "friction-patch-cr over q",
+    ] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    // P1 locks, which is found: on meshes with all diagonals in one direction.
+    write(at, "diagonal.msh", &diagonals(4));
+    let from = "generator = \"union-jack\"\nn = [8, 16, 32]";
+    let to = "file = \"diagonal.msh\"\nn = [1, 2, 4]";
+    let file = scene(at, "elastic-transition", from, to);
+    let words = ["stress", &file, "--methods", "p1", "--families", "nu"];
+    let ran = run(at, &words);
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+
+    let words = "study elastic-transition --methods cr --json o.json";
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
+    let told = read(at);
+    let points = told["face_offs"][0]["sweep"]["points"].as_array().unwrap();
+    let error = |gamma0: &str| {
+        let point = points.iter().find(|of| of["at"]["gamma0"] == gamma0);
+        point.unwrap()["errors"][0].as_f64().unwrap()
+    };
+    // A small γ₀ is far worse, and a large one is not: the table of docs/paper.md.
+    assert!(error("0.01") > 20.0 * error("100"), "{points:?}");
+    assert!(
+        (error("10000") / error("100") - 1.0).abs() < 0.02,
+        "{points:?}"
+    );
 }
 
 /// Squares with diagonals in one direction, on which P1 locks; on Union-Jack meshes it does not.
@@ -267,6 +387,22 @@ fn what_cannot_be_is_refused_in_words() {
         (
             vec!["orders", "contact-patch"],
             "nothing is known of the solution of contact-patch",
+        ),
+        (
+            vec!["certify", "u.vtu", "--scene", "contact-patch"],
+            "contact-patch is a scene of elasticity",
+        ),
+        (
+            vec!["stress", "contact-patch", "--families", "mu"],
+            "there is no family `mu` of scenes of elasticity; did you mean `nu`?",
+        ),
+        (
+            vec!["study", "contact-patch", "gap"],
+            "gap is no scene of elasticity",
+        ),
+        (
+            vec!["study", "contact-patch", "--methods", "cr-fc"],
+            "cr-fc is no method for elasticity",
         ),
         (
             vec!["orders", "gap", "--set", "nu=0.3"],

@@ -180,7 +180,7 @@ impl Trust {
         if is_elastic(name.as_ref()) {
             let what =
                 format!("{name} is a scene of elasticity, and this is for the scalar problem");
-            let remedy = "verify, orders, judge and write take it, other commands do not yet";
+            let remedy = "verify, orders, study, stress, judge and write take it";
             return Err(Error::usage(what, remedy));
         }
         if is_face_off(name.as_ref()) {

@@ -6,8 +6,7 @@ use std::process::{Command, Stdio};
 use super::args::{Orders, Paper, Stress, Study};
 use super::progress::watched;
 use super::verify::settings;
-use super::{DISAGREE, DONE, FAILED, code, engines};
-use crate::campaigns::face_off::{self, FaceOffs};
+use super::{DISAGREE, DONE, FAILED, elastic, engines};
 use crate::campaigns::orders::{Reach, orders as observed};
 use crate::campaigns::paper::{self, Example, PaperRequest, References};
 use crate::campaigns::stress::{self, Behaviour, StressRequest};
@@ -16,12 +15,11 @@ use crate::engine::{self, Engine, Settings, meshio_python, quoted};
 use crate::report::console::note;
 use crate::report::{self, Output, deliver};
 use crate::run::convergence::{Against, convergence};
-use crate::run::{FaceOff, Point, is_elastic};
 use faceoff_fem::scene::expression::ParseError;
 use faceoff_fem::scene::{Expression, Scene};
 use faceoff_judge::derive;
 use faceoff_mesh::cancel;
-use faceoff_mesh::error::{Error, Result, distinct};
+use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::io::Series;
 
@@ -33,8 +31,8 @@ pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
         [] => Scene::exact_names().into_iter().map(Into::into).collect(),
         asked => asked.to_vec(),
     };
-    if names.iter().any(|name| is_elastic(name.as_ref())) {
-        return orders_of_elastic(arguments, &names, to);
+    if elastic::are_elastic(&names)? {
+        return elastic::orders(arguments, &names, to);
     }
     if !arguments.set.is_empty() {
         let what = "--set is for parameters of scenes of elasticity, and the others have none";
@@ -52,53 +50,6 @@ pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
     let mut reached = all.iter().flat_map(|o| [o.h1_verdict, o.l2_verdict]);
     let below = reached.any(|reach| reach == Some(Reach::Below));
     Ok(if converged && !below { DONE } else { DISAGREE })
-}
-
-/// Of scenes of elasticity, each of them as a form.
-fn orders_of_elastic(arguments: &Orders, names: &[String], to: &Output) -> Result<u8> {
-    distinct(names, "scene", "give different scenes")?;
-    if let Some(other) = names.iter().find(|name| !is_elastic(name.as_ref())) {
-        let what = format!("{other} is no scene of elasticity, and others here are");
-        return Err(Error::usage(what, "give them apart"));
-    }
-    let point: Point = arguments.set.iter().cloned().collect();
-    let n: Vec<usize> = arguments.n.iter().map(|&n| n as usize).collect();
-    distinct(&n, "n", "give different refinements")?;
-    let how = face_off::Running {
-        codes: Vec::new(),
-        keep: None,
-        time_limit: Settings::default().time_limit,
-        sandbox: Settings::default().sandbox,
-        store: None,
-        against: None,
-        diagnose: false,
-        symmetries: Vec::new(),
-        // Against the exact solution.
-        alone: true,
-    };
-    let mut outcomes = Vec::new();
-    for name in names {
-        for method in &arguments.methods.0 {
-            let of = FaceOff::read_by(name.as_ref(), method, &["rust".to_owned()])?;
-            if of.fields.iter().all(|asked| asked.exact.is_empty()) {
-                let what = format!("nothing is known of the solution of {name}");
-                return Err(Error::usage(what, "give [exact] u, or another scene"));
-            }
-            let of = match point.is_empty() {
-                true => of,
-                false => of.at(&point)?,
-            };
-            let mut of = of.with_n(n.clone())?;
-            // Of one code they are nothing to compare.
-            of.numbers.clear();
-            outcomes.push(watched(&[], vec![], to.quiet, |progress| {
-                face_off::face_off(&of, &how, progress)
-            })?);
-        }
-    }
-    let all = FaceOffs::new(outcomes);
-    deliver(&report::face_offs(&all)?, to)?;
-    Ok(code(all.verdict))
 }
 
 /// Of files, whatever code they are of.
@@ -201,6 +152,9 @@ fn codes(arguments: &Paper) -> Result<Vec<Box<dyn Engine>>> {
 }
 
 pub(super) fn study(arguments: &Study, to: &Output) -> Result<u8> {
+    if elastic::are_elastic(&arguments.scenes)? {
+        return elastic::study(arguments, to);
+    }
     let scenes = arguments.trust.scenes(&arguments.scenes)?;
     let subjects = arguments.scenes.iter().zip(scenes);
     let is_trusted = arguments.trust.allow_outside;
@@ -267,6 +221,9 @@ fn follow(words: &[String]) -> Result<Followed> {
 }
 
 pub(super) fn stress(arguments: &Stress, to: &Output) -> Result<u8> {
+    if elastic::are_elastic(&arguments.scenes)? {
+        return elastic::stress(arguments, to);
+    }
     let request = StressRequest {
         scenes: arguments.trust.scenes(&arguments.scenes)?,
         families: arguments.families.clone(),

@@ -4,6 +4,7 @@ mod args;
 mod campaigns;
 mod certify;
 pub mod compare;
+mod elastic;
 mod engines;
 mod folders;
 mod help;

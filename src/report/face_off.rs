@@ -45,7 +45,10 @@ pub(super) fn tell<'a>(of: &'a FaceOffOutcome, report: &mut Report<'a>) {
         let shown = worst_times(field);
         let more = times_words(field);
         let words = text!("Differences of `{field.field}`{more}");
-        rest.push(Block::Titled(words, pairs_table(field, &shown)));
+        // One code has none.
+        if !shown.is_empty() {
+            rest.push(Block::Titled(words, pairs_table(field, &shown)));
+        }
         if shown.len() < field.pairs.len() {
             let all: Vec<&OfPair> = field.pairs.iter().collect();
             let caption = text!("All times of `{field.field}`");

@@ -73,9 +73,12 @@ pub(super) fn blocks(of: &OfSweep) -> Vec<Block<'_>> {
 }
 
 fn points(of: &OfSweep) -> Table {
+    let error = |point: &OfPoint, k: usize| point.errors.and_then(|errors| errors[k]);
     table!("", &of.points, |point|
         "at" => place(&point.at),
         "largest relative difference" => point.largest,
+        "relative error in L²" => error(point, 0),
+        "in H¹" => error(point, 1),
         "verdict" => Cell::from(point.verdict),
         "wrong" => joined(point.wrong.iter().cloned(), ", "),
     )
@@ -83,10 +86,16 @@ fn points(of: &OfSweep) -> Table {
 
 /// The largest difference over each name whose values are numbers: a panel per name.
 fn figure(of: &OfSweep) -> html::Html {
+    let (what, title) = match of.points.iter().any(|point| point.largest.is_some()) {
+        true => ("largest relative difference", "Largest difference"),
+        false => ("relative error in L²", "Error in L²"),
+    };
     let panel = |name: &String| {
         let at = |of: &OfPoint| {
             let x: f64 = of.at.get(name)?.parse().ok()?;
-            let largest = of.largest.filter(|l| !l.is_nan())?;
+            // Of one code the error.
+            let error = || of.errors.and_then(|errors| errors[0]);
+            let largest = of.largest.or_else(error).filter(|l| !l.is_nan())?;
             let mut point = html::Point::new([x, largest.max(ROUNDING)]);
             point.is_bad = !of.verdict.passes();
             point.title = place(&of.at);
@@ -99,7 +108,7 @@ fn figure(of: &OfSweep) -> html::Html {
         Chart {
             name: format!("over {name}"),
             x,
-            y: Axis::new("largest relative difference"),
+            y: Axis::new(what),
             lines: vec![Line {
                 points,
                 thickness: if of.over.len() == 1 { 1.0 } else { 0.0 },
@@ -123,7 +132,7 @@ fn figure(of: &OfSweep) -> html::Html {
         535.0
     };
     let caption =
-        text!("**Largest difference** at the points of the sweep; red: codes do not agree");
+        text!("**{title}** at the points of the sweep; red: not reached, or codes do not agree");
     chart_figure(&caption, &panels, widest)
 }
 

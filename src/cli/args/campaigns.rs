@@ -53,7 +53,8 @@ pub(in crate::cli) struct Orders {
 #[derive(Args)]
 #[command(after_help = SCENES)]
 pub(in crate::cli) struct Study {
-    /// Scenes, preferably with a known solution: an exact one, or one-zone, three-zones, five-zones
+    /// Scenes, preferably with a known solution: an exact one, or one-zone, three-zones, five-zones; or scenes of elasticity, whose error is measured
+    /// for gamma0 and beta over their ranges
     #[arg(value_name = "SCENE", default_values = ["one-zone", "transition-1.5"])]
     pub scenes: Vec<String>,
     /// Engines, or TOML files that describe one
@@ -82,7 +83,8 @@ pub(in crate::cli) struct Study {
 /// Exit code: 0 nothing is wrong; 1 something is; 2 not run.
 #[derive(Args)]
 pub(in crate::cli) struct Stress {
-    /// Scenes with an exact solution: their data, domain and gamma0 are taken to extremes
+    /// Scenes with an exact solution: their data, domain and gamma0 are taken to extremes; or scenes of elasticity: E, nu, the coefficient of friction
+    /// and the height of the body are
     #[arg(value_name = "SCENE", default_values = ["transition-1.5", "manufactured-3"])]
     pub scenes: Vec<String>,
     /// Only these families of extremes, such as --families gamma0,flat [default: all]
