@@ -337,7 +337,12 @@ fn editors_know_what_files_hold() {
     let examples = fs::read_dir(source("examples"))
         .unwrap()
         .map(|e| e.unwrap().path());
-    for folder in examples.chain([source("crates/fem/src/scene/builtin")]) {
+    let builtin = [
+        "crates/fem/src/scene/builtin",
+        "crates/form/src/elastic/builtin",
+    ]
+    .map(source);
+    for folder in examples.chain(builtin) {
         let Ok(entries) = fs::read_dir(folder) else {
             continue;
         };
@@ -352,7 +357,20 @@ fn editors_know_what_files_hold() {
     let face_off = fs::read_to_string(source("examples/blank/blank.toml")).unwrap();
     let form = fs::read_to_string(source("examples/forms/poisson.toml")).unwrap();
     let folder = folder();
+    let elastic =
+        fs::read_to_string(source("crates/form/src/elastic/builtin/contact-patch.toml")).unwrap();
+    let elastic = &*elastic;
     for (text, from, to) in [
+        (elastic, "plane = \"strain\"", "plane = \"stain\""),
+        (elastic, "nu = 0.3", "mu = 0.3"),
+        (elastic, "[elastic]", "[elastics]"),
+        (elastic, "contact = [\"bottom\"]", "contacts = [\"bottom\"]"),
+        (
+            elastic,
+            "[numbers.error]",
+            "[method]\nh = \"local\"\n[numbers.error]",
+        ),
+        (elastic, "g = [\"0\", \"free\"]", "g = [\"0\"]"),
         (
             scene,
             "generator = \"union-jack\"",
