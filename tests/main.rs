@@ -12,6 +12,7 @@ mod cubes;
 mod docs;
 mod eigen;
 mod elastic;
+mod elastic_scripts;
 mod ending;
 mod engines;
 mod english;
