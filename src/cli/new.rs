@@ -57,7 +57,7 @@ macro_rules! gallery {
 /// The weak forms of `examples/forms`.
 const FORMS: &[(&str, &str)] = gallery!(
     "allen-cahn" "biharmonic" "block" "brinkman" "cantilever" "cavity" "chouly-hild" "contact-patch" "convection" "curl-curl" "curl-curl-3d" "darcy"
-    "elastic-chouly-hild" "elastic-transition" "elasticity" "interior-penalty" "l-shape" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress" "poisson" "ring"
+    "elastic-chouly-hild" "elastic-transition" "elasticity" "interior-penalty" "korn" "l-shape" "minimal-surface" "neo-hooke" "nitsche" "obstacle" "p-laplace" "plane-stress" "poisson" "ring"
     "signorini" "stokes" "stokes-closed" "stokes-cr" "supg" "tresca");
 
 /// The files that a form names: a mesh from Gmsh, with its geometry.
