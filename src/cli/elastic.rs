@@ -74,6 +74,7 @@ fn running() -> face_off::Running<'static> {
         store: None,
         against: None,
         diagnose: false,
+        symmetries: Vec::new(),
         alone: true,
     }
 }

@@ -98,7 +98,7 @@ pub(super) fn judge(
                 rows.push(row(player, image, asked, moved));
             }
             // Other numbers are the code's own, and nothing is known of how they move.
-            for asked in of.numbers.iter().filter(|asked| asked.value.is_some()) {
+            for asked in of.numbers.iter().filter(|asked| !asked.value.is_empty()) {
                 let name = asked.name_in(player.code.name());
                 let after = found.as_ref().ok().and_then(|left| left.numbers.get(name));
                 let moved = match (before.numbers.get(name), after) {
