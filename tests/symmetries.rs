@@ -70,7 +70,10 @@ fn a_script_that_depends_on_numbers_or_places_is_named() {
         let (ran, found) = verify(at, &["--run", "two.toml"]);
         assert_eq!(ran.code, Some(0), "{fault}: {}{}", ran.stdout, ran.stderr);
         assert!(found.get("symmetries").is_none());
-        let (ran, found) = verify(at, &["--run", "two.toml", "--symmetries"]);
+        let words = ["--run", "two.toml", "--symmetries", "--junit", "j.xml"];
+        let (ran, found) = verify(at, &words);
+        let junit = fs::read_to_string(at.join("j.xml")).unwrap();
+        assert_eq!(junit.matches("<failure").count(), images.len(), "{junit}");
         let all = rows(&found, "agree").len() + images.len();
         assert_eq!(all, if more.is_empty() { 2 } else { 6 }, "{found:#}");
         let wrong: Vec<[&str; 2]> = images.iter().map(|image| ["other", *image]).collect();

@@ -635,6 +635,11 @@ fn cases(of: &FaceOffOutcome) -> Vec<TestCase> {
     let mut cases: Vec<TestCase> = along
         .flat_map(|along| sweep::cases(&of.name, along))
         .chain(silent.map(|(name, why)| test(name, Verdict::Undetermined, why)))
+        .chain(
+            of.symmetries
+                .iter()
+                .flat_map(|found| symmetries::cases(&of.name, found)),
+        )
         .collect();
     for field in &of.fields {
         let judged = worst_times(field).into_iter().filter(|pair| pair.judged);

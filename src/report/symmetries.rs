@@ -1,7 +1,8 @@
 //! Answers to images of a problem.
 
-use super::model::{Block, table};
+use super::model::{Block, TestCase, table};
 use crate::campaigns::face_off::{OfImage, Symmetries};
+use crate::text::number::size;
 use crate::text::{Text, text};
 use faceoff_judge::Verdict;
 
@@ -34,5 +35,22 @@ pub(super) fn claim(of: &Symmetries) -> Option<Text> {
             let words = row.image.words();
             text!("`{row.of}` of **{row.code}** changes with {words}")
         }
+    })
+}
+
+/// A case for each answer to an image. One that no code keeps is open.
+pub(super) fn cases(suite: &str, of: &Symmetries) -> impl Iterator<Item = TestCase> {
+    of.rows.iter().map(move |row| {
+        let name = format!("{} of {}, {}", row.of, row.code, row.image.words());
+        let verdict = match (row.verdict, of.verdict) {
+            (Verdict::Disagree, Verdict::Undetermined) => Verdict::Undetermined,
+            (verdict, _) => verdict,
+        };
+        let far = row.relative.map(|far| format!("changes by {}", size(far)));
+        let why = match row.verdict.passes() {
+            true => String::new(),
+            false => row.reason.clone().or(far).unwrap_or_default(),
+        };
+        TestCase::new(suite, name, verdict, why)
     })
 }
