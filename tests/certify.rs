@@ -274,12 +274,12 @@ fn what_is_no_function_of_a_space_is_refused_in_words() {
     refused(
         at,
         &on(&["u.vtu", "--field", "mean"]),
-        "`mean` is no field at points",
+        "`mean` is not a field at points",
     );
     refused(
         at,
         &on(&["u.vtu", "--field", "gradient"]),
-        "`gradient` is no field at points",
+        "`gradient` is not a field at points",
     );
     refused(
         at,
@@ -337,7 +337,7 @@ fn what_is_no_function_of_a_space_is_refused_in_words() {
     write(at, "a.csv", "v0,v1,u\n0,400\n");
     refused(at, &on(&["a.csv"]), "a.csv");
     write(at, "a.csv", "v0,v1,u\n0,999999,1\n");
-    refused(at, &on(&["a.csv"]), "is no face of mesh");
+    refused(at, &on(&["a.csv"]), "is not a face of mesh");
     write(
         at,
         "tags.toml",

@@ -239,7 +239,7 @@ fn what_a_code_gets_wrong_is_named() {
             "coefficients[Wh(k, protocolOrder(i))]",
             "coefficients[Wh(k, protocolOrder((i + 1) % Wh.ndofK))]",
             "which dof is where",
-            "come in another order: at the places 0, 1, … stand those of [1, 2, 0]",
+            "in a different order: positions 0, 1, … hold those of [1, 2, 0]",
         ),
         (
             "sigma1[][Fh(k, i)] = loads[Wh(k, i)] /",
@@ -297,7 +297,7 @@ pathlib.Path("out/status.json").write_text(json.dumps({"protocol": 1, "version":
         ("unstructured", "missing field `increments`"),
         ("3D", "there is no space here"),
         ("a protocol", "another protocol"),
-        ("several", "no case is right alone"),
+        ("several", "no case is right by itself"),
     ] {
         assert!(why(about).contains(part), "{}", why(about));
     }

@@ -310,7 +310,7 @@ fn fields_are_left_out_only_by_name() {
     let ran = compare(at, &["l.csv", "b.csv"]);
     assert!(
         ran.stdout
-            .contains("bookkeeping: name the results by --only"),
+            .contains("rather than a result: select the results with --only"),
         "{}",
         ran.stdout
     );

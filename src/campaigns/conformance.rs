@@ -455,7 +455,7 @@ fn several(
 ) -> Result<Finding> {
     let answers = match together {
         Ok(answers) => Ok(right.iter().map(|(k, _)| answers[*k].clone()).collect()),
-        Err(_) if right.is_empty() => Err("no case is right alone".into()),
+        Err(_) if right.is_empty() => Err("no case is right by itself".into()),
         Err(_) => {
             let batch: Vec<&Case> = right.iter().map(|(k, _)| &cases[*k]).collect();
             run(engine, &batch, settings, Temporary::new()?.path())?

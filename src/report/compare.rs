@@ -204,7 +204,7 @@ fn lede(
 fn next(comparison: &Comparison, farthest: &ComparedField, has_differences: bool) -> Vec<Todo> {
     let (a, b, field) = (&comparison.a, &comparison.b, &farthest.field);
     let look = text!(
-        "Look at it in ParaView: `differences.vtu` beside this page has a − b of every field."
+        "Look at it in ParaView: `differences.vtu` next to this page has a − b of every field."
     );
     let ask = "If both solve a scene that faceoff knows, ask which of the two is wrong, and why:";
     let allow = (field.reason.is_none() && field.max_rel.is_finite()).then(|| {

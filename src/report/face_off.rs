@@ -208,7 +208,7 @@ pub(super) fn claim(of: &FaceOffOutcome) -> Text {
             let mut adds = meetings(of).filter_map(|(_, of)| of.found.add.as_ref());
             let add = adds.next().map(|add| text!("; add {add}"));
             text!(
-                "**{}** cannot be told to converge on these meshes{add}",
+                "**{}** cannot be shown to converge on these meshes{add}",
                 all.join(", ")
             )
         }

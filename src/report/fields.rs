@@ -34,7 +34,7 @@ pub fn check_vtu_path(path: &Path) -> Result<()> {
         return Ok(());
     }
     Err(Error::usage(
-        format!("{} is no folder", folder.display()),
+        format!("{} is not a folder", folder.display()),
         "make it first",
     ))
 }

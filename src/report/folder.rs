@@ -23,7 +23,7 @@ pub fn check_folder(folder: &Path, is_earlier: impl Fn(&Path) -> bool) -> Result
         ))
     };
     if !folder.is_dir() {
-        return refuse("is no folder");
+        return refuse("is not a folder");
     }
     let mut entries = fs::read_dir(folder).map_err(Error::io(folder, "read"))?;
     if entries.next().is_some() && !is_earlier(folder) {

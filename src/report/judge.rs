@@ -163,7 +163,7 @@ pub fn judge<'a>(
         },
         rests_on: match told.verdict {
             Verdict::Agree => text!(
-                "All **{} equations** of {of} hold: the largest residual is {}. Proved besides: {}.",
+                "All **{} equations** of {of} hold: the largest residual is {}. Proved in addition: {}.",
                 whole(found.rows),
                 size(found.residual),
                 proved.unwrap_or(certificate)
@@ -193,7 +193,7 @@ fn next(told: &Judgement) -> Vec<Todo> {
     let (scene, method) = (&told.scene, &told.method);
     let again = format!("faceoff solve {scene} --method {method} --out u.vtu");
     let look = look(&told.findings, "the code", None).into_iter();
-    let rows = text!("Every row with its terms is in `rows.csv`, beside this page.");
+    let rows = text!("Every row with its terms is in `rows.csv`, next to this page.");
     let hold = Todo::new("Hold against it what this program finds:", [again]);
     look.chain([hold, Todo::only(rows)]).collect()
 }

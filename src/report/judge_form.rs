@@ -168,7 +168,7 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
         "at" => place(&row.at[..told.dim]),
         "off" => row.error,
     );
-    let because = table!("What it solves in place of the form", &found.because, |row|
+    let because = table!("What it solves instead of the form", &found.because, |row|
         "as if" => row.0.clone(),
         "explains" => &row.1,
     );
@@ -182,7 +182,7 @@ pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'
         "Hold it against what the codes find:",
         [format!("faceoff verify --run {}", told.scene)],
     );
-    let rows = Todo::only(text!("Every row is in `rows.csv`, beside this page."));
+    let rows = Todo::only(text!("Every row is in `rows.csv`, next to this page."));
     let cause = found.cause().map(|words| text!(", but as if {words}"));
     report.story = Story {
         claim: match found.verdict {

@@ -119,7 +119,7 @@ pub fn matrix<'a>(outcome: &'a MatrixOutcome, mut past: Vec<Past>) -> Result<Rep
     }
     report.story.rest.push(Block::Page(vec![
         Block::heading(2, "Every release, run by run"),
-        Block::text("● all agree, × something differs, ○ no answer; the latest run stands last."),
+        Block::text("● all agree, × something differs, ○ no answer; the latest run is last."),
         Block::drawn(move || history(&past)),
     ]));
     for release in &outcome.releases {

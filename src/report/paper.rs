@@ -30,11 +30,11 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
         count(outcome.statements.len(), "statement"),
         match of(None) {
             0 => String::new(),
-            some => format!(", {some} cannot be told"),
+            some => format!(", {some} are undecided"),
         }
     );
     report.story.rests_on = text!(
-        "Section 6 of Burman, Hansbo, Larson (2017) again: {}, P2 on {outcome.fine} × {outcome.fine} as the reference, and beside it the mesh-free solution.",
+        "Section 6 of Burman, Hansbo, Larson (2017) again: {}, P2 on {outcome.fine} × {outcome.fine} as the reference, and the mesh-free solution in addition.",
         count(outcome.examples.len(), "example")
     );
     report.story.rest.push(Block::text(text!("The penalty-free method on CR (`cr`), γ = {} h with h the cells' diameter, on Union-Jack meshes of n × n squares; errors relative \
@@ -44,7 +44,7 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
     let verdict = |holds| match holds {
         Some(true) => "holds",
         Some(false) => "does not hold",
-        None => "cannot be told",
+        None => "are undecided",
     };
     let statements = table!("", all(), |s|
         "example" => &s.example,

@@ -101,7 +101,7 @@ fn behaviours(outcome: &StressOutcome) -> Text {
         )
     });
     text!(
-        "**{hold}** hold their accuracy, {degrade} degrade, {refuse} are refused in words.{worst}"
+        "**{hold}** hold their accuracy, {degrade} degrade, {refuse} are refused with a message.{worst}"
     )
 }
 

@@ -1,21 +1,21 @@
-//! What an answer is worth: its errors where the solution is known, its quantities, and its certificate.
+//! The evaluation of an answer: its errors if the solution is known, its quantities, and its certificate.
 
 use faceoff_fem::certify::{Certificate, Target};
 use faceoff_fem::contact::{Errors, Problem, Quantities, quantities};
 use faceoff_fem::known::Truth;
 use faceoff_mesh::error::{Error, Result};
 
-/// An answer beside what is known.
+/// An answer in comparison with what is known.
 #[derive(Debug)]
 pub struct Evaluated {
-    /// Numbers of u_h.
+    /// Functionals of u_h.
     pub quantities: Quantities,
-    /// Relative to the solution; none where it is not known, or u is not finite.
+    /// Relative to the solution; `None` if it is unknown, or u is not finite.
     pub errors: Option<Errors>,
 }
 
 impl Evaluated {
-    /// Of u at all dofs of the problem's space.
+    /// Evaluates u at all dofs of the problem's space.
     ///
     /// # Errors
     /// A known solution that is not finite.
@@ -29,12 +29,12 @@ impl Evaluated {
     }
 }
 
-/// How far a measured error may be off, relative to it: the accuracy of the quadrature that it comes from, twice.
+/// The relative uncertainty of a measured error: twice the accuracy of its quadrature.
 const MEASURED: f64 = 2e-3;
-/// And relative to ‖∇u‖, where it is the root of what cancels.
+/// The uncertainty relative to ‖∇u‖, for the square root of a sum with cancellation.
 const CANCELLED: f64 = 1e-6;
 
-/// Refuses an error ‖∇(u - u_h)‖ / ‖∇u‖ that the certificate of the same field excludes: what is told lies within what is certified.
+/// Refuses an error ‖∇(u - u_h)‖ / ‖∇u‖ that the certificate of the same field excludes: the reported error is within the certified bound.
 ///
 /// # Errors
 /// [`Error::Contradiction`].
@@ -54,10 +54,10 @@ pub fn consistent(h1: Option<f64>, certificate: &Certificate) -> Result<()> {
     })
 }
 
-/// What is certified, or why nothing is.
+/// The certificate, or why there is none.
 ///
 /// # Errors
-/// Other errors than a refusal: those of the linear solver, and an interruption.
+/// Errors other than a refusal: those of the linear solver, and an interruption.
 pub fn certificate<T>(found: Result<T>) -> Result<Result<T, String>> {
     match found {
         Ok(certified) => Ok(Ok(certified)),
@@ -85,7 +85,7 @@ mod tests {
         "multiplier",
     ];
 
-    /// An error of 0, as the scheme's own rule once gave it for this answer, and one that is too large.
+    /// An error of 0, as the rule of the scheme would give for this answer, and one that is too large.
     #[test]
     fn an_error_outside_of_its_bounds_is_a_contradiction() {
         let scene = Scene::find("one-zone").unwrap();
@@ -105,7 +105,7 @@ mod tests {
         }
     }
 
-    /// The error and the certificate of one answer; none where there is no answer, or no certificate.
+    /// The error and the certificate of one answer; `None` if there is no answer, or no certificate.
     fn checked(name: &str, method: &str, gamma0: f64, rule: &str) -> Option<Result<()>> {
         let scene = Scene::find(name).unwrap();
         let truth = Truth::of(&scene).unwrap().unwrap();
@@ -123,7 +123,7 @@ mod tests {
         Some(consistent(errors.map(|e| e.h1), &certificate))
     }
 
-    /// Every scene in the plane whose solution is known with every method, and the paper's two with γ₀ over nine decades and every rule
+    /// Every 2D scene whose solution is known with every method, and the paper's two with γ₀ over nine decades and every rule
     /// of the load.
     #[test]
     fn every_error_lies_within_what_is_certified() {

@@ -1,8 +1,8 @@
-//! A field that any code left in a file, as a function of a finite element space.
+//! Reads a field from a file of any code as a function of a finite element space.
 //!
-//! What the file has values on says which space: points of linear or quadratic cells, corners of cells, faces, or places.
-//! A function that is linear on each cell is P1 where it is continuous, CR where it is so at the midpoints of faces, and
-//! otherwise neither. Nothing is projected: the function is the file's own, or it is refused.
+//! The entities that carry the values determine the space: points of linear or quadratic cells, corners of cells, faces, or positions.
+//! A function that is linear on each cell is P1 if it is continuous, CR if it is continuous at the midpoints of faces, and
+//! otherwise neither. Nothing is projected: the function is that in the file, or it is rejected.
 
 mod cells;
 mod field;
@@ -25,23 +25,23 @@ use faceoff_mesh::io;
 use faceoff_mesh::mesh::Triangulation;
 use parts::divide;
 
-/// Numbers in binary64, and those that a code rounded to binary32, agree to this, relative to the largest.
+/// The relative tolerance, with respect to the largest value, for numbers in binary64 and for those that a code rounded to binary32.
 const NEAR: [f64; 2] = [1e-9, 1e-6];
-/// Values on Γ_D that are g up to this, relative to the largest value, are taken as g.
+/// Values on Γ_D that agree with g up to this, relative to the largest value, are replaced by g.
 const TAKEN: f64 = 1e-6;
-/// Less than this is rounding, of which there is nothing to say.
+/// Deviations below this are rounding, and not reported.
 const ROUNDING: f64 = 1e-12;
 /// No point, or no number.
 const NONE: u32 = u32::MAX;
 
-/// How a file is to be understood, where it does not say so itself.
+/// How a file is to be read if it does not determine that.
 #[derive(Default)]
 pub struct Options<'a> {
-    /// By name; none: the only one.
+    /// The name of the field; `None`: the only one.
     pub field: Option<&'a str>,
-    /// Whose function it is; none: as the values tell.
+    /// The method whose function it is; `None`: determined from the values.
     pub element: Option<&'static dyn Element>,
-    /// The mesh of the result, instead of the file's own.
+    /// The mesh of the result, instead of that in the file.
     pub mesh: Option<&'a Path>,
     /// The refinement of the scene's mesh, for a file without one.
     pub n: Option<usize>,
@@ -53,31 +53,31 @@ pub struct Foreign {
     pub mesh: Triangulation,
     /// The one whose function u is.
     pub element: &'static dyn Element,
-    /// At all dofs.
+    /// u at all dofs.
     pub u: Vec<f64>,
-    /// How exactly the file has the values.
+    /// The precision of the values in the file.
     pub written: Written,
-    /// For the report.
+    /// How the file was read, for the report.
     pub understood: Understood,
 }
 
-/// How a file was understood.
+/// How a file was read.
 #[derive(Debug, Clone, Serialize)]
 pub struct Understood {
-    /// Its name in the file.
+    /// The name of the field in the file.
     pub field: String,
     /// `P1`, `P2` or `CR`.
     pub element: &'static str,
-    /// What the values are of: points, corners, faces, vertices, places.
+    /// The entities that carry the values: points, corners, faces, vertices, places.
     pub values: &'static str,
-    /// Its name: that of a file, or of the scene's mesh.
+    /// The name of the mesh: that of a file, or of the scene's mesh.
     pub mesh: String,
-    /// The parts of the boundary are those of the mesh's groups, or of the scene's mesh at the same place.
+    /// The parts of the boundary are those of the mesh's groups, or of the scene's mesh at the same position.
     pub boundary: &'static str,
 }
 
 impl Understood {
-    /// One line.
+    /// The description on one line.
     pub fn sentence(&self) -> String {
         format!(
             "field `{}`, values at {}, is a function of {} on mesh {}; the parts of its boundary are by {}",
@@ -90,7 +90,7 @@ impl Foreign {
     /// Reads the result of a scene.
     ///
     /// # Errors
-    /// A file that cannot be read; no field that is asked for, or too many; one that is no function of P1, P2 or CR; a mesh
+    /// A file that cannot be read; no field of the requested name, or too many; a field that is not a function of P1, P2 or CR; a mesh
     /// that is not of the scene's domain.
     pub fn read(path: &Path, scene: &Scene, options: &Options) -> Result<Self> {
         let bytes = file::read(path)?;
@@ -130,7 +130,7 @@ impl Foreign {
         Ok(found)
     }
 
-    /// The usual method of the field's element. The bounds hold by any; the flux on Γ_C that they use is the method's.
+    /// The usual method of the field's element. The bounds are valid for any; the flux on Γ_C that they use is the method's.
     pub fn method(&self) -> Method {
         let name = self.element.name().to_lowercase();
         name.parse()
@@ -138,15 +138,15 @@ impl Foreign {
     }
 }
 
-/// Takes values on Γ_D as g where all are so but for rounding, also to binary32; returns by how much they were off, relative
-/// to the largest value, if that is worth a word.
+/// Replaces the values on Γ_D by g if all agree up to rounding, also to binary32; returns the largest deviation relative
+/// to the largest value, if it is worth reporting.
 pub fn take_boundary_values(problem: &Problem, u: &mut [f64]) -> Option<f64> {
     let largest = largest(u);
     let held = || problem.dirichlet.iter().enumerate();
     let held = || held().filter_map(|(dof, g)| Some((dof, (*g)?)));
     let off = held().fold(0.0, |most: f64, (dof, g)| match (u[dof] - g).abs() {
         0.0 => most,
-        // Negated so that NaN is not taken for g.
+        // Negated so that NaN is not replaced by g.
         off if !(off <= TAKEN * largest.max(g.abs())) => f64::INFINITY,
         off => most.max(off / largest.max(g.abs())),
     });
@@ -159,7 +159,7 @@ pub fn take_boundary_values(problem: &Problem, u: &mut [f64]) -> Option<f64> {
     Some(off).filter(|off| *off > ROUNDING)
 }
 
-/// A mesh file in place of the scene's, as `solve --mesh` takes it.
+/// A mesh file instead of the scene's, as for `solve --mesh`.
 fn on_file(scene: &Scene, path: &Path) -> Result<Triangulation> {
     let source = MeshSource::File {
         path: path.to_owned(),
@@ -169,7 +169,7 @@ fn on_file(scene: &Scene, path: &Path) -> Result<Triangulation> {
     scene.with_source(source)?.triangulation(None)
 }
 
-/// A file, and how it is to be understood.
+/// A file with the settings for reading it.
 struct Reader<'a> {
     path: &'a Path,
     held: &'a Results,
@@ -225,7 +225,7 @@ fn is_rounded<'a>(mut values: impl Iterator<Item = &'a f64>) -> bool {
     values.all(|x| f64::from(*x as f32) == *x)
 }
 
-/// How far apart points may be and still be at one place.
+/// The distance up to which points are at the same position.
 fn near(points: &[[f64; 3]]) -> f64 {
     let extent = |k: usize| {
         let of = points.iter().map(|p| p[k]);

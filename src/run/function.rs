@@ -1,9 +1,9 @@
-//! A function of a finite element space on cells with nodes of their own, so that a file and a viewer hold what jumps.
+//! A function of a finite element space on cells with separate nodes, so that a file or a viewer represents jumps.
 
 use faceoff_fem::contact::Problem;
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values, quadratic_edges};
 
-/// u as a field of this name on the points of a mesh of its own.
+/// u as a field of this name on the points of a mesh with separate nodes per cell.
 pub fn broken(problem: &Problem, name: &str, u: &[f64]) -> (Mesh, Field) {
     let values = Values::F64(at_nodes(problem, u).into());
     (
@@ -12,7 +12,7 @@ pub fn broken(problem: &Problem, name: &str, u: &[f64]) -> (Mesh, Field) {
     )
 }
 
-/// The cells with nodes of their own.
+/// The cells with separate nodes.
 pub fn broken_mesh(problem: &Problem) -> Mesh {
     let source = problem.space.mesh;
     let (kind, places) = nodes(problem);
@@ -42,7 +42,7 @@ pub fn at_nodes(problem: &Problem, u: &[f64]) -> Vec<f64> {
     values
 }
 
-/// The cells that hold a function of the problem's space, quadratic ones for P2, and their nodes as λ.
+/// The cells that represent a function of the problem's space, quadratic ones for P2, and their nodes in barycentric coordinates λ.
 pub fn nodes(problem: &Problem) -> (CellKind, Vec<[f64; 4]>) {
     let dim = problem.space.mesh.dim;
     let mut nodes = vec![[0.0; 4]; dim + 1];
@@ -64,7 +64,7 @@ pub fn nodes(problem: &Problem) -> (CellKind, Vec<[f64; 4]>) {
     (kind, nodes)
 }
 
-/// Σ λ_i x_i; a vertex itself, to the last bit.
+/// Σ λ_i x_i; for a vertex exactly its coordinates.
 pub fn at_vertices<const N: usize>(lambda: &[f64; 4], of_vertices: &[[f64; N]; 4]) -> [f64; N] {
     let mut sum = [0.0; N];
     for (lambda, of_vertex) in lambda.iter().zip(of_vertices).filter(|(l, _)| **l != 0.0) {

@@ -1,4 +1,4 @@
-//! Runs cases through engines: each case once, all of an engine in one batch, and none that a journal or this run has
+//! Runs cases through engines: each case once, all cases of an engine in one batch, and none that a journal or this run has
 //! answered already.
 
 pub mod convergence;
@@ -34,15 +34,15 @@ use faceoff_mesh::error::{Error, Result};
 use store::{Kept, identity};
 
 /// A result whose backward error exceeds this solves another scheme: rounding leaves 1e-15,
-/// and γ off by 1e-6 gives 3e-11 or more.
+/// and a relative change of γ by 1e-6 gives 3e-11 or more.
 pub const RESIDUAL_TOLERANCE: f64 = 1e-12;
 
-/// A residual that rounding alone leaves: up to 5e-14 on random scenes with thin domains and extreme γ₀. Only below it does
+/// The bound of a residual from rounding: up to 5e-14 was measured on random scenes with thin domains and extreme γ₀. Only below it does
 /// conditioning excuse a difference.
 pub const ROUNDING: f64 = 1e-13;
 
-/// Same scheme, other code: |a - b| ≤ tolerance · max|u|. Measured agreement of codes on matched
-/// rules is 7e-16 for `cr` and 4e-14 for `p2`; one quadrature rule apart it is 1e-4.
+/// For the same scheme in different codes: |a - b| ≤ tolerance · max|u|. The measured agreement of codes with the same
+/// rules is 7e-16 for `cr` and 4e-14 for `p2`; with a quadrature rule of one degree less it is 1e-4.
 pub fn tolerance(method: &Method) -> f64 {
     if method.element.degree() == 1 {
         1e-12
@@ -51,40 +51,40 @@ pub fn tolerance(method: &Method) -> f64 {
     }
 }
 
-/// An engine that gave no answers that count, and why.
+/// An engine without valid answers, and why.
 #[derive(Debug, Clone, Serialize)]
 pub struct Failure {
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// The error, in words.
+    /// The error message.
     pub message: String,
 }
 
-/// The answers of one engine, in the order of the cases; none where it gave none.
+/// The answers of one engine, in the order of the cases; `None` for those it did not give.
 #[derive(Debug, Clone)]
 pub struct Answers {
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// As it reports it.
+    /// The version that it reports.
     pub version: String,
     answers: Vec<Option<Arc<Answer>>>,
 }
 
-/// Runs cases, and remembers their answers.
+/// Runs cases, and caches their answers.
 pub struct Runner<'a> {
-    /// Of every run.
+    /// The settings of every run.
     pub settings: &'a Settings,
-    /// Who is told what runs.
+    /// Is notified of what runs.
     pub progress: &'a dyn Progress,
     journal: Option<Journal>,
-    /// By all that an answer, or a refusal, depends on.
+    /// The cache, by everything that an answer, or a refusal, depends on.
     known: Mutex<HashMap<String, Result<Arc<Answer>, String>>>,
-    /// Jobs that each engine was given, and the version that answered.
+    /// The number of jobs that each engine got, and the version that answered.
     jobs: Mutex<HashMap<String, (usize, String)>>,
 }
 
 impl<'a> Runner<'a> {
-    /// A runner that has run nothing yet.
+    /// A runner with an empty cache.
     pub fn new(settings: &'a Settings, progress: &'a dyn Progress) -> Self {
         Runner {
             settings,
@@ -95,7 +95,7 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// Keeps each answer in a journal as it comes, and takes from it those that are there.
+    /// Stores each answer in a journal as it comes, and takes existing answers from it.
     ///
     /// # Errors
     /// A journal that cannot be used; see [`Journal::open`].
@@ -108,7 +108,7 @@ impl<'a> Runner<'a> {
         Ok(self)
     }
 
-    /// All engines at a time, each in a thread of its own. An engine that fails, or whose answers the journal refuses, does not
+    /// Runs all engines at the same time, each in a separate thread. An engine that fails, or whose answers the journal rejects, does not
     /// end the others; a case that the solver of this program refuses does not end its other ones.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ impl<'a> Runner<'a> {
         Ok((answered, failures))
     }
 
-    /// Each case for itself: what is refused of one is refused of no other.
+    /// Each case separately: a refusal of one does not affect the others.
     fn apart(&self, engine: &dyn Engine, cases: &[&Case]) -> Result<(Answers, Vec<Failure>)> {
         let mut failures = Vec::new();
         let mut answers = Vec::with_capacity(cases.len());
@@ -163,10 +163,10 @@ impl<'a> Runner<'a> {
         Ok((self.answered(engine, answers), failures))
     }
 
-    /// The answers of one engine: in one batch, or, where a journal keeps them, one after the other.
+    /// The answers of one engine: in one batch, or, if a journal stores them, one after the other.
     ///
     /// # Errors
-    /// What the engine refuses, an interruption, a journal that cannot be used.
+    /// Refusals of the engine, an interruption, a journal that cannot be used.
     pub fn answers(&self, engine: &dyn Engine, cases: &[&Case]) -> Result<Answers> {
         let found = self.run(engine, cases, self.settings, 0)?.into_iter();
         self.progress.done(engine.name());
@@ -184,8 +184,8 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// What an engine makes of each case under some settings: in one batch, and where that fails one after the other, so
-    /// that what is refused of one case is refused of no other. The same is not computed twice.
+    /// The answers of an engine to all cases under some settings: in one batch, and if that fails one after the other, so
+    /// that a refusal of one case does not affect the others. Equal cases are computed once.
     ///
     /// # Errors
     /// An interruption. A refusal is an answer.
@@ -205,7 +205,7 @@ impl<'a> Runner<'a> {
                 new.push(k);
             }
         }
-        // A batch saves the start of a program.
+        // A batch saves starting a program.
         let batches: Vec<Vec<usize>> = match engine.is_own() {
             true => new.iter().map(|k| vec![*k]).collect(),
             false => vec![new.clone()],
@@ -239,7 +239,7 @@ impl<'a> Runner<'a> {
             .collect())
     }
 
-    /// The answers of an engine, where `first` cases came before these: in one job, or, where a journal keeps them, in one each.
+    /// The answers of an engine, if `first` cases came before these: in one job, or, if a journal stores them, in one job each.
     fn run(
         &self,
         engine: &dyn Engine,
@@ -277,7 +277,7 @@ impl<'a> Runner<'a> {
         Ok(run.answers)
     }
 
-    /// The version of an engine, as it answered, or where it did not, as it is found by running it.
+    /// The version of an engine: the one that answered, or else the one found by running it.
     ///
     /// # Errors
     /// Those of [`Engine::probe`].
@@ -289,7 +289,7 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// One job; `first` cases came before those of this one.
+    /// One job; `first` cases came before its cases.
     fn job(
         &self,
         engine: &dyn Engine,
@@ -304,7 +304,7 @@ impl<'a> Runner<'a> {
             *job += 1;
             *job
         };
-        // Each job is kept in a folder of its own.
+        // Each job is kept in a separate folder.
         if job > 1 {
             settings.keep = settings.keep.map(|keep| keep.join(format!("job-{job}")));
         }
@@ -333,7 +333,7 @@ impl Answers {
 }
 
 impl Failure {
-    /// What was found; where nothing was, that is noted, unless it is the end of everything.
+    /// The value; if there is none, the error is recorded, unless it ends the whole run.
     ///
     /// # Errors
     /// An interruption.
@@ -352,7 +352,7 @@ impl Failure {
     }
 }
 
-/// Counts cases from another one on.
+/// Counts cases from an offset.
 struct Shifted<'a> {
     progress: &'a dyn Progress,
     first: usize,
@@ -365,7 +365,7 @@ impl Progress for Shifted<'_> {
     }
 }
 
-/// What an answer depends on besides the program and the problem.
+/// Everything that an answer depends on except the program and the problem.
 fn of_settings(settings: &Settings) -> Value {
     json!({
         "increment": settings.stop.increment,
@@ -382,7 +382,7 @@ mod tests {
     use crate::engine::{self, Progress, Silent};
     use faceoff_fem::scene::Scene;
 
-    /// The solver of this program, but for one mesh.
+    /// The solver of this program, failing on one mesh.
     struct Refusing(Box<dyn Engine>);
 
     impl Engine for Refusing {

@@ -1,5 +1,5 @@
-//! One thing changed: what a study sets beside its neighbours, what stress takes to extremes, and what a code that answers
-//! otherwise may have done.
+//! One changed setting: what a study compares, what stress takes to extremes, and what a code with a different answer
+//! may have done.
 
 use std::sync::Arc;
 
@@ -10,27 +10,27 @@ use faceoff_fem::scene::{Data, Expression, HRule, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 
-/// Everything that an answer depends on but the engine.
+/// Everything that an answer depends on except the engine.
 #[derive(Debug, Clone)]
 pub struct Setup {
     /// The problem.
     pub scene: Scene,
-    /// The refinement, where the scene has one.
+    /// The refinement, if the scene has one.
     pub n: Option<usize>,
-    /// The scene's at n, or as it is varied.
+    /// The scene's mesh at n, or a variation of it.
     pub mesh: Arc<Triangulation>,
     /// The scheme.
     pub discretisation: Discretisation,
-    /// What every engine must do alike.
+    /// The settings that all engines must share.
     pub settings: Settings,
 }
 
-/// One thing that is otherwise.
+/// One changed setting.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Variation {
-    /// γ₀ in the place of the scene's.
+    /// γ₀, instead of the scene's.
     Gamma0(f64),
-    /// What h means in γ = γ₀ h.
+    /// The meaning of h in γ = γ₀ h.
     H(HRule),
     /// The rule for (f, v).
     LoadRule(String),
@@ -38,21 +38,21 @@ pub enum Variation {
     ContactRule(String),
     /// Element and contact law.
     Method(Method),
-    /// A datum with the other sign.
+    /// A datum with the opposite sign.
     Negated(Datum),
     /// A datum that is 0.
     Zero(Datum),
     /// A datum times a factor.
     Scaled(Datum, f64),
-    /// A datum and a constant.
+    /// A datum plus a constant.
     Shifted(Datum, f64),
-    /// f = -1 and t = 0, which every rule integrates.
+    /// f = -1 and t = 0, which every rule integrates exactly.
     ConstantLoad,
-    /// Two of Γ_D, Γ_N and Γ_C (0, 1, 2) in each other's place.
+    /// Two of Γ_D, Γ_N and Γ_C (0, 1, 2), interchanged.
     Swapped(usize, usize),
-    /// The stopping rule's increment, with as many times the iterations as one.
+    /// The increment of the stopping criterion, with more iterations allowed for.
     Increment(f64, usize),
-    /// What solves the linear systems.
+    /// The solver of the linear systems.
     Linear(linear::Settings),
     /// The cells of the mesh in reverse order.
     CellsReversed,
@@ -75,7 +75,7 @@ impl Datum {
     /// All of them.
     pub const ALL: [Datum; 4] = [Datum::F, Datum::G, Datum::T, Datum::Psi];
 
-    /// As formulas have it.
+    /// The symbol in formulas.
     pub fn name(self) -> &'static str {
         match self {
             Datum::F => "f",
@@ -106,7 +106,7 @@ impl Datum {
 }
 
 impl Setup {
-    /// A scene on the mesh of its refinement `n`, by a method, as the scene has it.
+    /// A scene on the mesh of its refinement `n`, by a method, with the scene's settings.
     ///
     /// # Errors
     /// A mesh that cannot be made.
@@ -120,7 +120,7 @@ impl Setup {
         Ok(Setup::on(mesh, scene, n, method, settings))
     }
 
-    /// The same on any mesh.
+    /// The same on a given mesh.
     pub fn on(
         mesh: Arc<Triangulation>,
         scene: &Scene,
@@ -137,7 +137,7 @@ impl Setup {
         }
     }
 
-    /// The same, or with one thing changed.
+    /// A copy, or a variation.
     ///
     /// # Errors
     /// Those of [`Setup::with`].
@@ -159,7 +159,7 @@ impl Setup {
         })
     }
 
-    /// The same but for one thing.
+    /// A copy with one change.
     ///
     /// # Errors
     /// A variation that this scene does not have.
@@ -231,7 +231,7 @@ impl Setup {
     }
 }
 
-/// The points in reverse order, and what names them with them; what is stored by point is dropped.
+/// The points in reverse order, renumbered everywhere; data stored by point are dropped.
 pub fn reverse_points(mesh: &mut Mesh) {
     let last = mesh.points.len().saturating_sub(1) as u32;
     mesh.points.to_mut().reverse();

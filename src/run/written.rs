@@ -1,28 +1,28 @@
-//! How exactly numbers were written: a residual is not below what that leaves.
+//! The precision of numbers in a file, which bounds the residual from below.
 
 use serde::Serialize;
 
-/// The digits that all of some numbers have.
+/// The number of digits that all of some numbers have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Written {
-    /// All of binary64's, as far as one can tell.
+    /// All digits of binary64, as far as can be seen.
     Binary64,
     /// Those of binary32.
     Binary32,
-    /// So many decimal ones.
+    /// This number of decimal digits.
     Digits(usize),
 }
 
-/// Fewer digits are no way to write a result, and more are as good as all.
+/// Results are not written with fewer digits, and more are equivalent to all.
 const DECIMALS: std::ops::RangeInclusive<usize> = 3..=14;
-/// Numbers with so many digits may be binary32 as well.
+/// Numbers with this many digits may be binary32 as well.
 const COARSE: usize = 6;
-/// Fewer numbers than this say nothing.
+/// Fewer numbers than this are not conclusive.
 const TELLING: usize = 4;
 
 impl Written {
-    /// The fewest digits that all of these have, where half of those that are not 0 need them.
+    /// The smallest number of digits that represents all of these, if half of those that are not 0 need it.
     pub fn of(values: &[f64]) -> Self {
         let values = || values.iter().copied().filter(|x| *x != 0.0);
         let all = |has: &dyn Fn(f64) -> bool| values().all(has);
@@ -46,7 +46,7 @@ impl Written {
         }
     }
 
-    /// By how much a number may be off, relative to itself.
+    /// The relative error of a number.
     pub fn unit(self) -> f64 {
         match self {
             Written::Binary64 => 0.5 * f64::EPSILON,
@@ -65,7 +65,7 @@ impl Written {
     }
 }
 
-/// Multiples of a power of two with a dozen bits or so have few digits, and were not rounded.
+/// Multiples of a power of two with about a dozen bits have few digits, and were not rounded.
 fn is_simple(x: f64) -> bool {
     x.to_bits().trailing_zeros() >= 37
 }
@@ -75,7 +75,7 @@ fn has_digits(x: f64, digits: usize) -> bool {
     text.parse() == Ok(x)
 }
 
-/// Also where the binary32 was written in the fewest decimals that tell it.
+/// Also if the binary32 was written with the fewest decimals that identify it.
 fn is_binary32(x: f64) -> bool {
     let rounded = x as f32;
     f64::from(rounded) == x || format!("{rounded:e}").parse() == Ok(x)
@@ -99,7 +99,7 @@ mod tests {
             let rounded: Vec<f64> = full.iter().map(of).collect();
             assert_eq!(Written::of(&rounded), Written::Digits(digits));
         }
-        // Numbers that are simple by themselves were not rounded.
+        // Numbers with an exact short form were not rounded.
         let of = |parts: f64| (1..40).map(|k| f64::from(k) / parts).collect::<Vec<f64>>();
         let (of_32, of_256) = (of(32.0), of(256.0));
         for simple in [

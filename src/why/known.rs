@@ -51,7 +51,7 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
         let (aspect, brief, between) = match (is_permuted, &off[..]) {
             (true, _) => {
                 let of = text!("{} of {} values", count, u.len());
-                let brief = text!("its values are permuted: {} stand at other places", of);
+                let brief = text!("its values are permuted: {} are in other positions", of);
                 (Aspect::Order, brief, ", ")
             }
             (_, [one]) => {

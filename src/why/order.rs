@@ -28,7 +28,7 @@ pub fn order(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String> {
         .collect();
     let order = orders?.concat();
     Some(format!(
-        "the dofs of a cell are right but come in another order: at the places 0, 1, … stand those of {order:?}"
+        "the dofs of a cell are right but in a different order: positions 0, 1, … hold those of {order:?}"
     ))
 }
 
@@ -60,7 +60,7 @@ pub fn elsewhere(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String
         );
     }
     alike(raw, known)
-        .then(|| "the values are right, but stand at other cells: keep the order given".into())
+        .then(|| "the values are right, but belong to other cells: keep the given order".into())
 }
 
 /// Are two of the values one?

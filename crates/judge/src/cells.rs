@@ -70,7 +70,7 @@ pub(super) fn other_cells(a: (&Results, &[u32]), b: (&Results, &[u32])) -> Resul
         .iter()
         .any(|k| with.key(*k)[..width] == of.key(first)[..width]);
     let turned = if is_turned {
-        ", whose nodes stand in another order there"
+        ", whose nodes are in a different order there"
     } else {
         ""
     };
@@ -364,7 +364,7 @@ mod tests {
                 let found = compare(&whole, &cell(kind, places, order), Some(MatchBy::Vertices));
                 let told = found.unwrap_err().to_string();
                 assert!(
-                    told.contains("whose nodes stand in another order"),
+                    told.contains("whose nodes are in a different order"),
                     "{kind}, {order:?}: {told}"
                 );
                 assert_ne!(

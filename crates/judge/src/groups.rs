@@ -73,7 +73,7 @@ pub(super) fn judge_groups(
         Ok((rows, _)) => {
             let others = rows.into_iter().filter(|row| !row.field.verdict.passes());
             comparison.fields.extend(others.map(|mut row| {
-                let what = "a cell is in the group in one file alone";
+                let what = "a cell is in the group in only one file";
                 row.field.reason.get_or_insert_with(|| what.into());
                 row
             }));

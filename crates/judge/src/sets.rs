@@ -135,7 +135,7 @@ const BOOKKEEPING: [&str; 14] = [
 pub(super) fn lacks(name: &str, without: &str) -> String {
     let hint = match BOOKKEEPING.contains(&name) {
         true => format!(
-            "; it is no result but bookkeeping: name the results by --only, or leave it out by --except {name}"
+            "; it is data about the mesh rather than a result: select the results with --only, or leave it out with --except {name}"
         ),
         false => String::new(),
     };

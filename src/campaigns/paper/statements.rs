@@ -180,7 +180,7 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
             fits(|v| &v.l2),
             to(&series.l2_to_fine, &series.l2),
             text!(
-                ". Where γ₀ is small the flux of order hf/γ₀ on the free part takes the second order; Theorem 5.1 bounds the H¹ error alone"
+                ". Where γ₀ is small the flux of order hf/γ₀ on the free part takes the second order; Theorem 5.1 only bounds the H¹ error"
             ),
         ),
         of(

@@ -1,40 +1,40 @@
-//! Exponents of what was measured: between neighbours, and by least squares in logarithms with their spread.
+//! Observed exponents: between neighbours, and by least squares in logarithms with a confidence interval.
 
 use serde::Serialize;
 
 use faceoff_mesh::error::{Error, Result};
 
-/// Fits are over the last so many: coarser ones are not asymptotic.
+/// The number of finest levels in a fit: coarser ones are not asymptotic.
 const FINEST: usize = 3;
 
 /// y ≈ constant · x^exponent
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fit {
-    /// The order, where x is h and y an error.
+    /// The order, if x is h and y an error.
     pub exponent: f64,
     /// y at x = 1.
     pub constant: f64,
-    /// Standard error of the exponent; none of two points.
+    /// Standard error of the exponent; `None` for two points.
     pub spread: Option<f64>,
-    /// How many it is the fit of.
+    /// The number of points in the fit.
     pub points: usize,
 }
 
-/// Student's t at 97.5 %, for 1, 2, … degrees of freedom; beyond, that of the last is more than enough.
+/// Student's t at 97.5 %, for 1, 2, … degrees of freedom; the last value is an upper bound beyond.
 const STUDENT: [f64; 10] = [
     12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
 ];
 
 impl Fit {
-    /// Half of the interval that holds the exponent with 95 % confidence, if the logarithms scatter about a line independently; none of
+    /// Half of the 95 % confidence interval of the exponent, if the logarithms scatter about a line independently; `None` for
     /// fewer than three points.
     pub fn room(&self) -> Option<f64> {
-        // Of three points and more, since there is a spread.
+        // For three points and more, since there is a spread.
         let degrees = self.points.saturating_sub(3).min(STUDENT.len() - 1);
         Some(STUDENT[degrees] * self.spread?)
     }
 
-    /// Does that interval leave out a value? Two points leave out none.
+    /// Does that interval exclude a value? With two points it excludes none.
     pub fn excludes(&self, exponent: f64) -> bool {
         let room = self.room();
         room.is_some_and(|room| (self.exponent - exponent).abs() > room)
@@ -45,7 +45,7 @@ impl Fit {
         Fit::new(&points[points.len().saturating_sub(FINEST)..])
     }
 
-    /// Over all points (x, y) that have logarithms; none of fewer than two.
+    /// Over all points (x, y) that have logarithms; `None` if there are fewer than two.
     pub fn new(points: &[(f64, f64)]) -> Option<Self> {
         let logs: Vec<(f64, f64)> = points
             .iter()
@@ -79,7 +79,7 @@ pub(super) fn between([(x, y), (z, w)]: [(f64, f64); 2]) -> f64 {
     (y / w).ln() / (x / z).ln()
 }
 
-/// The p in an interval with which hᵖ - iᵖ is so many times iᵖ - jᵖ, for h > i > j; its upper end where no p in it is large enough, and none where
+/// The p in an interval with hᵖ - iᵖ = ratio (iᵖ - jᵖ), for h > i > j; its upper end if no p in it is large enough, and `None` if
 /// all are too large or the ratio is not a number.
 pub(super) fn power([h, i, j]: [f64; 3], ratio: f64, least: f64, most: f64) -> Option<f64> {
     let of = |p: f64| ((h / j).powf(p) - (i / j).powf(p)) / ((i / j).powf(p) - 1.0);
@@ -105,13 +105,13 @@ pub struct Order {
     pub steps: Vec<f64>,
     /// By least squares over all meshes.
     pub fit: Option<Fit>,
-    /// The interval that holds the order with 95 % confidence, if the errors scatter about a power of h independently; none of
-    /// fewer than three.
+    /// Half of the 95 % confidence interval of the order, if the errors scatter about a power of h independently; `None` for
+    /// fewer than three errors.
     pub interval: Option<[f64; 2]>,
 }
 
 impl Order {
-    /// Of errors at falling h.
+    /// From errors at decreasing h.
     pub fn new(errors: &[(f64, f64)]) -> Self {
         let fit = Fit::new(errors);
         let about = |fit: Fit| {
@@ -129,12 +129,12 @@ impl Order {
     }
 }
 
-/// Orders of convergence on meshes of n = 16, 32, … that were observed.
+/// Observed orders of convergence on meshes of n = 16, 32, ….
 #[derive(Debug, Clone, Serialize)]
 pub struct Observed {
-    /// Between each mesh and the next. Where a transition lies in its cell changes from mesh to mesh, and these with it.
+    /// Between each mesh and the next. The position of a transition in its cell changes from mesh to mesh, and these orders with it.
     pub steps: Vec<f64>,
-    /// By least squares over the last three meshes, or two; none of fewer.
+    /// By least squares over the last three meshes, or two; `None` for fewer.
     pub fit: Option<f64>,
 }
 
@@ -152,14 +152,14 @@ impl Observed {
     }
 }
 
-/// Refuses meshes that give no order.
+/// Refuses meshes that do not give an order.
 ///
 /// # Errors
-/// One mesh alone, or meshes that do not rise.
+/// A single mesh, or meshes that do not become finer.
 pub fn check_meshes(n: &[usize]) -> Result<()> {
     if n.len() < 2 {
         return Err(Error::usage(
-            "one mesh alone has no order of convergence",
+            "a single mesh has no order of convergence",
             "give at least two, three for a fit, as in --n 16,32,64",
         ));
     }

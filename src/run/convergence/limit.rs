@@ -1,63 +1,63 @@
-//! What differences on finer and finer meshes fall to: the a of a + b·hᵖ + c·h^q, with an interval.
+//! The limit of differences on finer and finer meshes: the a of a + b·hᵖ + c·h^q, with an interval.
 //!
-//! An order alone does not show that two results converge to each other: on the meshes at hand the error of either may still be
-//! larger than what is left in the limit. Three levels determine a, b and c once p and q are chosen. p is the order of theory, or
-//! the lower of the last two observed ones where both are higher; q is anything from p + 1/2 upwards. The interval of a is what
-//! these choices give, with what a + b·hᵖ gives where a p above that fits all three levels, and what √(a² + b²·h²ᵖ) gives where
-//! observed orders fall below theory.
+//! An order is not enough to show that two results converge to each other: on the given meshes the error of either may still be
+//! larger than the difference of the limits. Three levels determine a, b and c once p and q are chosen. p is the theoretical order, or
+//! the lower of the last two observed ones if both are higher; q is any exponent from p + 1/2 upwards. The interval of a is the range over
+//! these choices, together with that of a + b·hᵖ if a p above the order fits all three levels, and of √(a² + b²·h²ᵖ) if
+//! observed orders are below the theoretical one.
 //!
-//! A norm is not negative, but an a below zero counts as one above: the norm of A + E·hᵖ also falls faster than hᵖ where E points
-//! against A. So a limit that is not within ± bound is never called zero.
+//! A norm is not negative, but an a below zero counts like one above: the norm of A + E·hᵖ also falls faster than hᵖ if E is opposite
+//! to A. So a limit outside of ± bound is never called zero.
 
 use serde::Serialize;
 
 use super::fit::{between, power};
 use crate::text::{Number, Text, text};
 
-/// Where no tolerance is given, the limit must be below this part of the finest difference. Less cannot be told from right codes:
-/// a limit at right angles to the error that is 35 % of the finest difference lowers an order of 2 to 1.9. A limit of 5 % of the
-/// coarsest difference is above the bound from the third mesh on at order 2 or higher, and from the fifth on at order 1, where
+/// Without a given tolerance, the limit must be below this fraction of the finest difference. Smaller limits cannot be distinguished from those of right codes:
+/// a limit orthogonal to the error that is 35 % of the finest difference lowers an order of 2 to 1.9. A limit of 5 % of the
+/// coarsest difference is above the bound from the third mesh on at order 2 or higher, and from the fifth on at order 1, if
 /// each mesh has half the h of the one before.
 const PART: f64 = 0.4;
-/// Differences below this part of the solution are rounding.
+/// Differences below this fraction of the solution are rounding.
 const ROUNDING: f64 = 1e-12;
-/// A limit is stated where its interval is narrower than this part of its lower end.
+/// A limit is stated if its interval is narrower than this fraction of its lower end.
 const SETTLED: f64 = 0.25;
-/// Two codes' differences that fall faster than theory by more than this may be on their way through zero.
+/// If the differences of two codes fall faster than theory by more than this, they may be about to change sign.
 const LIKE: f64 = 0.25;
-/// The next exponent in the expansion is higher than the order by at least this.
+/// The next exponent in the expansion exceeds the order by at least this.
 const NEXT: f64 = 0.5;
 
-/// What can be said of the limit.
+/// The conclusion about the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Found {
-    /// Zero, as far as the bound goes.
+    /// Zero, up to the bound.
     Zero,
     /// Not zero.
     Apart,
-    /// These meshes do not say.
+    /// Undecided on these meshes.
     Unknown,
 }
 
 /// The limit of a difference, or of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Limit {
-    /// What can be said.
+    /// The conclusion.
     pub found: Found,
-    /// That holds a; none where there are too few levels.
+    /// The interval that contains a; `None` if there are too few levels.
     pub interval: Option<[f64; 2]>,
     /// a must be within ± this to be zero.
     pub bound: f64,
-    /// Is the bound a tolerance that was given, rather than a part of the finest difference?
+    /// Is the bound a given tolerance, rather than a fraction of the finest difference?
     pub is_given: bool,
     /// The norm of the solution on the finest mesh.
     pub scale: f64,
 }
 
 impl Limit {
-    /// Of differences (h, d), coarsest first, with the order of theory. `rtol` is of `scale`. Two levels are enough only if
-    /// `theory_holds`: then the order is taken for granted, as for the error of one code against the exact solution.
+    /// From differences (h, d), coarsest first, with the theoretical order. `rtol` is relative to `scale`. Two levels are enough only if
+    /// `theory_holds`: then the order is assumed, as for the error of one code against the exact solution.
     pub fn new(
         levels: &[(f64, f64)],
         theory: f64,
@@ -84,7 +84,7 @@ impl Limit {
             [.., one, two, three] => interval([*one, *two, *three], theory),
             [one, two] => {
                 let a = richardson([*one, *two], theory);
-                // An order above that of theory leaves nothing.
+                // An order above the theoretical one leaves nothing.
                 let found = match theory_holds && a <= bound || rtol.is_some() && finest <= bound {
                     true => Found::Zero,
                     false => Found::Unknown,
@@ -108,7 +108,7 @@ impl Limit {
         Some(of(found, Some(interval)))
     }
 
-    /// As a clause about what converges, as `the differences in L²`.
+    /// A clause to follow the name of what converges, such as `the differences in L²`.
     pub fn words(&self) -> Text {
         let [at_most, at_least] =
             [Number::at_most, Number::at_least].map(|bound| move |x: f64| bound(x / self.scale, 2));
@@ -133,24 +133,24 @@ impl Limit {
                  add finer meshes"
             ),
             (_, Some([low, high])) if low < high => text!(
-                "cannot be told to converge to 0 on these meshes: its limit is between {} and {} of it, where {} ({}) is \
+                "cannot be shown to converge to 0 on these meshes: its limit is between {} and {} of it, where {} ({}) is \
                  allowed; add finer meshes",
                 at_least(low.max(0.0)),
                 at_most(high.max(-low)),
                 bound,
                 of_what
             ),
-            _ => text!("cannot be told to converge to 0 on so few meshes: three at least show it"),
+            _ => text!("cannot be shown to converge to 0 on so few meshes: it takes at least three"),
         }
     }
 }
 
-/// a of a + b·hᵖ through two levels.
+/// The a of a + b·hᵖ through two levels.
 fn richardson([(h1, d1), (h2, d2)]: [(f64, f64); 2], p: f64) -> f64 {
     d2 - (d1 - d2) / ((h1 / h2).powf(p) - 1.0)
 }
 
-/// a of a + b·hᵖ + c·h^q through three levels.
+/// The a of a + b·hᵖ + c·h^q through three levels.
 fn of_two_terms(levels: [(f64, f64); 3], p: f64, q: f64) -> f64 {
     let h = levels[0].0;
     let [x, y] = [p, q].map(|p| levels.map(|level| (level.0 / h).powf(p)));
@@ -162,7 +162,7 @@ fn of_two_terms(levels: [(f64, f64); 3], p: f64, q: f64) -> f64 {
     d[2] - b * x[2] - c * y[2]
 }
 
-/// The p > `least` with which a + b·hᵖ goes through all three levels.
+/// The p > `least` for which a + b·hᵖ fits all three levels.
 fn exponent(levels: [(f64, f64); 3], least: f64) -> Option<f64> {
     let [(h1, d1), (h2, d2), (h3, d3)] = levels;
     let most = 4.0 * least + 4.0;
@@ -179,12 +179,12 @@ fn interval(levels: [(f64, f64); 3], theory: f64) -> [f64; 2] {
     let ends = next.map(|q| of_two_terms(levels, p, q)).into_iter();
     let ends = ends.chain([richardson(fine, p)]);
     let ends = ends.chain(exponent(levels, p).map(|p| richardson(fine, p)));
-    // Of a limit at right angles to E the squares have the terms 1 and h²ᵖ, and orders fall below theory.
+    // If the limit is orthogonal to E, the squares have the terms 1 and h²ᵖ, and orders fall below the theoretical one.
     let falls = step(1) < step(0).min(theory);
     let square = richardson(fine.map(|(h, d)| (h, d * d)), 2.0 * theory);
     let ends = ends.chain(falls.then(|| square.max(0.0).sqrt()));
     ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], a| {
-        // What is not a number is not left out.
+        // NaN is not skipped.
         match a.is_nan() {
             true => [f64::NEG_INFINITY, f64::INFINITY],
             false => [low.min(a), high.max(a)],
@@ -203,7 +203,7 @@ pub(super) mod tests {
         Limit::new(&levels, theory, 1.0, None, false).unwrap()
     }
 
-    /// Differences that fall by these orders from 1.
+    /// Differences that fall with these orders from 1.
     fn falling(steps: &[f64]) -> Vec<f64> {
         let mut all = vec![1.0];
         for step in steps {
@@ -223,7 +223,7 @@ pub(super) mod tests {
         }
     }
 
-    /// Plane stress in place of strain, on n = 2, 4, …, 32; the right codes; the obstacle; a cantilever; orders from below.
+    /// Plane stress instead of plane strain, on n = 2, 4, …, 32; the right codes; the obstacle; a cantilever; orders from below.
     #[test]
     fn limits_of_observed_orders() {
         let stress = [2.08, 1.62, 0.52, 0.12];
@@ -233,7 +233,7 @@ pub(super) mod tests {
         let [low, high] = found[2].interval.unwrap();
         // The last difference is 0.0494.
         assert!(found[2].found == Found::Apart && low > 0.047 && high < 0.0494);
-        // Faster than theory: that may be a change of sign.
+        // They fall faster than theory, which may be a change of sign.
         assert_eq!(of(&falling(&[2.46, 3.02]), 2.0).found, Found::Unknown);
         assert_eq!(of(&falling(&[3.0, 3.0]), 2.0).found, Found::Unknown);
         let right: [(&[f64], f64); 8] = [
@@ -267,15 +267,15 @@ pub(super) mod tests {
         assert_eq!(given.found, Found::Zero);
     }
 
-    /// The rule that the fit over all levels is at most 0.25 below theory: what was judged before.
+    /// The former rule: the fit over all levels is at most 0.25 below theory.
     fn fit_reaches(d: &[f64], theory: f64) -> bool {
         let levels: Vec<(f64, f64)> = H.into_iter().zip(d.iter().copied()).collect();
         super::super::Fit::new(&levels).is_some_and(|fit| fit.exponent >= theory - 0.25)
     }
 
-    /// Differences with a known limit, by the expansion and as the norm of a sum at any angle, with what comes next of either
-    /// sign. By the expansion none with a limit above the bound is called zero. Of norms a few are, where the error points
-    /// against the limit and they cancel on the finest mesh. Most with the limit 0 are called zero, and none is called another.
+    /// Differences with a known limit, by the expansion and as the norm of a sum at any angle, with a next term of either
+    /// sign. By the expansion no limit above the bound is called zero. For norms a few are, where the error is opposite
+    /// to the limit and they cancel on the finest mesh. Most limits that are 0 are called zero, and none is called nonzero.
     #[test]
     fn no_limit_above_the_bound_is_called_zero() {
         let mut random = random(7);

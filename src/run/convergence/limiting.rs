@@ -1,5 +1,5 @@
 //! What limits an order: straight sides on a curved domain, a re-entrant corner, a coefficient that jumps inside cells, or a method that is not
-//! adjoint-consistent. A pattern of orders names nothing by itself: the mesh or the place of the error must show it as well.
+//! adjoint-consistent. A pattern of orders is not enough to name a cause: the mesh or the position of the error must show it as well.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,64 +10,64 @@ use crate::text::number::{number, size, whole};
 use crate::text::{Text, text};
 use faceoff_mesh::field::Results;
 
-/// Why an order is lower than that of theory.
+/// The reason for an order below the theoretical one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Limiting {
-    /// The measure of the mesh changes from level to level, as that of straight cells on a curved domain.
+    /// The measure of the mesh changes from level to level, as for straight cells on a curved domain.
     StraightSides {
-        /// From the last mesh but one to the last, relative.
+        /// The relative change from the last mesh but one to the last.
         change: f64,
     },
     /// A corner of the domain of more than 180°.
     Corner {
         /// Its place.
         at: [f64; 2],
-        /// The angle inside.
+        /// The interior angle.
         degrees: f64,
         /// π/ω, the order in H¹.
         order: f64,
     },
-    /// The gradient is wrong in a strip of cells inside of the domain.
+    /// The gradient is wrong in a strip of cells in the interior of the domain.
     Jump {
-        /// Cells with most of the error.
+        /// The number of cells with most of the error.
         cells: usize,
-        /// All.
+        /// The number of all cells.
         of: usize,
     },
-    /// The order is right in H¹ and one less in L², and values on the boundary are imposed weakly.
+    /// The order is right in H¹ and one less in L², and boundary values are imposed weakly.
     Nonsymmetric {
         /// The largest error at a vertex of the boundary, relative to that at any vertex.
         boundary: f64,
     },
     /// The error falls if a parameter changes, on the same mesh.
     Parameter {
-        /// Its name.
+        /// The name of the parameter.
         name: String,
         /// Its values.
         values: [String; 2],
-        /// The error in L² with each.
+        /// The error in L² with each value.
         errors: [f64; 2],
     },
 }
 
-/// Measures that differ by less are one.
+/// Measures that differ by at most this, relatively, are equal.
 const SAME: f64 = 1e-7;
-/// Observed orders are this near to those of a pattern.
+/// The tolerance for matching observed orders to a pattern.
 const NEAR: f64 = 0.3;
-/// Of a singularity, whose order is known better.
+/// The same for a singularity, whose order is known more precisely.
 const NEARER: f64 = 0.12;
-/// Angles of smaller corners belong to polygons along a curve.
+/// Smaller angles belong to polygons that approximate a curve.
 const REENTRANT: f64 = 1.1 * std::f64::consts::PI;
-/// The part of the squared error that marks where it is.
+/// The fraction of the squared error that locates it.
 const MOST: f64 = 0.8;
 /// Cells of a strip: at most this many times √N of N cells.
 const STRIP: f64 = 3.0;
-/// Where values on the boundary are strong, its vertices have at most this part of the largest error.
+/// If boundary values are imposed strongly, the error at boundary vertices is at most this fraction of the largest one.
 const STRONG: f64 = 1e-3;
 
 impl Limiting {
-    /// As a clause: `straight sides on a curved domain limit it …`
+    /// A clause such as `straight sides on a curved domain limit it …`
     pub fn words(&self) -> Text {
         match self {
             Limiting::StraightSides { change } => text!(
@@ -101,7 +101,7 @@ impl Limiting {
         }
     }
 
-    /// What the results themselves show; `value` is the exact solution with its gradient at a point, by component.
+    /// The causes that the results show; `value` is the exact solution with its gradient at a point, by component.
     pub fn of(
         theory: [Option<f64>; 2],
         found: &Convergence,
@@ -109,7 +109,7 @@ impl Limiting {
         components: usize,
         value: &dyn Fn([f64; 3], usize) -> f64,
     ) -> Option<Limiting> {
-        // Over all levels, since orders of singularities go up and down with the place of the mesh.
+        // Over all levels, since orders of singularities vary with the position of the mesh.
         let last = |order: Option<&Order>| order.and_then(|order| Some(order.fit?.exponent));
         let (l2, h1) = (last(Some(&found.l2)), last(found.h1.as_ref()));
         let [theory_l2, theory_h1] = theory;
@@ -128,7 +128,7 @@ impl Limiting {
         let place = Place::of(finest, &found.field, components, value)?;
         let is_order = |alpha: f64| match h1 {
             Some(_) => is(h1, alpha, NEARER),
-            // The error in L² falls twice as fast, as long as the space lets it.
+            // The error in L² falls twice as fast, up to the limit of the space.
             None => is(l2, 2.0 * alpha, 2.0 * NEARER),
         };
         let near = |at: &[f64; 2]| distance(*at, place.worst) <= 2.5 * place.h;
@@ -161,10 +161,10 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// The last relative change of the measure of the meshes, if changes fall about with h².
+/// The last relative change of the measure of the meshes, if changes fall about like h².
 fn curved(found: &Convergence) -> Option<f64> {
     let levels = &found.levels;
-    // In h is the size of the cells, whatever orders are in.
+    // h is the size of the cells, whatever the orders refer to.
     let measures: Vec<f64> = levels.iter().map(|of| of.measure).collect();
     let last = measures.last()?;
     let changes: Vec<f64> = measures
@@ -175,32 +175,32 @@ fn curved(found: &Convergence) -> Option<f64> {
         return None;
     };
     let cells = |k: usize| levels[levels.len() - k].cells as f64;
-    // h² in the plane is 1 over the number of cells.
+    // In 2D, h² is 1 over the number of cells.
     let order = 2.0 * (before / change).ln() / (cells(1) / cells(2)).ln();
     (*change > SAME && order > 1.0 && order < 3.0).then_some(*change)
 }
 
-/// A corner of a triangle: its place, where its errors are, and its point, which triangles share.
+/// A corner of a triangle: its position, the index of its errors, and its point, which triangles share.
 type Corner = ([f64; 2], usize, [i64; 2]);
 
-/// Where the error of a result in the plane is, and what corners its mesh has.
+/// Where the error of a 2D result is, and which corners its mesh has.
 struct Place {
-    /// Re-entrant ones, with their angles.
+    /// The re-entrant ones, with their angles.
     corners: Vec<([f64; 2], f64)>,
-    /// The middle of the cell in which the gradient is worst.
+    /// The centre of the cell in which the gradient is worst.
     worst: [f64; 2],
     h: f64,
     cells: usize,
-    /// Cells with most of the squared error of the gradient.
+    /// The number of cells with most of the squared error of the gradient.
     most: usize,
-    /// Are these few, far apart and not along the boundary?
+    /// Are these few, spread out and not along the boundary?
     is_strip: bool,
-    /// The largest error at a vertex of the boundary, relative to that at any.
+    /// The largest error at a vertex of the boundary, relative to that at any vertex.
     boundary: f64,
 }
 
 impl Place {
-    /// None where the result is not of triangles and quadrangles, or has no values at their corners.
+    /// `None` if the result is not on triangles and quadrangles, or has no values at their corners.
     fn of(
         of: &Results,
         name: &str,
@@ -223,7 +223,7 @@ impl Place {
             .kinds
             .iter()
             .flat_map(|(kind, count)| std::iter::repeat_n(*kind, *count));
-        // Where cells have points of their own, those at one place are one; where they share them, a slit has two at one place.
+        // If cells have separate points, those at one position are one; if they share points, a slit has two at one position.
         let nodes: BTreeSet<u32> = of.cells.iter().copied().collect();
         let is_shared = 2 * nodes.len() < of.cells.len();
         let size = of

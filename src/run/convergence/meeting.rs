@@ -1,13 +1,13 @@
-//! Do two codes converge to the same thing, with no exact solution and no order of theory?
+//! Decides whether two codes converge to the same limit, without an exact solution or a theoretical order.
 //!
-//! All that is known are distances between results: of each code on each level, and of each to all others. By them each code has an
-//! order of its own, from how far it moves from level to level, and an extrapolated result X = uₖ + α (uₖ - uₖ₋₁), α = 1/(rᵖ - 1),
-//! where r is the ratio of the sizes (L. F. Richardson, 1911). The distance of two such results needs no values of theirs: for
+//! The only data are distances between results: of each code on each level, and of each to all others. From these each code gets its
+//! order, by how far it moves from level to level, and an extrapolated result X = uₖ + α (uₖ - uₖ₋₁), α = 1/(rᵖ - 1),
+//! where r is the ratio of the sizes (L. F. Richardson, 1911). The distance of two such results does not need their values: for
 //! coefficients with Σcᵢ = 0, |Σ cᵢ uᵢ|² = -½ Σ cᵢ cⱼ |uᵢ - uⱼ|². Numbers are results whose distance is |a - b|.
 //!
-//! X is off by at most twice the sum of how far it is from the one of the level before, of what another order nearby changes in it, and of
-//! a tenth of its step; the finest result, by at most twice its estimated error. With second terms of up to 40 % of the first on the coarsest of three levels that holds for orders from 1/2 to
-//! 4. Two limits are apart only if the finest results are apart by more than three times what either still moves as well.
+//! The error of X is at most twice the sum of its distance from that of the level before, of the change by using a neighbouring order, and of
+//! a tenth of its step; that of the finest result, at most twice its estimated error. With second terms of up to 40 % of the first on the coarsest of three levels this holds for orders from 1/2 to
+//! 4. Two limits differ only if the finest results also differ by more than three times the distance that either still moves.
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use super::fit::power;
 use super::limit::Found;
 use crate::text::{Number, Text, text};
 
-/// Orders that theory knows.
+/// The range of theoretical orders.
 const NATURAL: [f64; 11] = [
     0.5,
     2.0 / 3.0,
@@ -29,58 +29,58 @@ const NATURAL: [f64; 11] = [
     5.0,
     6.0,
 ];
-/// What moves with a lower order does not converge on these levels.
+/// A code that moves with a lower order does not converge on these levels.
 const LEAST: f64 = 0.3;
-/// Orders of two neighbouring triples that differ by more are no orders yet.
+/// If the orders of two neighbouring triples differ by more, they are not yet asymptotic.
 const STEADY: f64 = 1.0;
-/// Of the room of an extrapolated result.
+/// Safety factor for the uncertainty of an extrapolated result.
 const SAFE: f64 = 2.0;
-/// Of what the finest results still move.
+/// Safety factor for the distance that the finest results still move.
 const FAR: f64 = 3.0;
-/// A step of less than this part of the size is rounding.
+/// A step below this fraction of the size is rounding.
 const ROUNDING: f64 = 1e-12;
-/// One code is nearer if the other is so many times farther from its limit.
+/// One code is nearer if the other is at least this many times farther from its limit.
 const NEARER: f64 = 2.0;
 
-/// How one code converges by itself.
+/// The convergence of one code.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Course {
-    /// From the last three levels; none where the last step is rounding.
+    /// From the last three levels; `None` if the last step is rounding.
     pub order: Option<f64>,
-    /// About how far its finest result is from its limit.
+    /// The estimated distance of its finest result from its limit.
     pub away: f64,
-    /// How far the extrapolated result may be from the limit.
+    /// The bound for the distance of the extrapolated result from the limit.
     pub room: f64,
     /// α: the extrapolated result is uₖ + α (uₖ - uₖ₋₁).
     #[serde(skip)]
     pub factor: f64,
-    /// What is left to go, if the order is no higher than 1, or than 2 where four levels show it.
+    /// The remaining distance, if the order is at most 1, or 2 if four levels show it.
     #[serde(skip)]
     left: f64,
 }
 
-/// What two codes converge to, beside each other.
+/// The limits of two codes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Meeting {
-    /// Is that the same?
+    /// Are they the same?
     pub found: Found,
-    /// The distance of the limits; none where one does not converge on these levels.
+    /// The distance of the limits; `None` if a code does not converge on these levels.
     pub interval: Option<[f64; 2]>,
-    /// Limits that are nearer than this are one.
+    /// Limits that are nearer than this are equal.
     pub bound: f64,
     /// The size of the finest results.
     pub scale: f64,
-    /// Each by itself; none where it does not converge on these levels.
+    /// The convergence of each; `None` if it does not converge on these levels.
     pub courses: [Option<Course>; 2],
-    /// The finer level that would say more, as one would type it.
+    /// The next finer level, as text for the command line.
     pub add: Option<String>,
 }
 
-/// Distances of the results of one code, or of two: of code and level, the coarsest level first.
+/// Distances of the results of one code, or of two: by code and level, the coarsest level first.
 pub type Distance<'a> = &'a dyn Fn([usize; 2], [usize; 2]) -> f64;
 
 impl Course {
-    /// Of one code's results at falling sizes; none of fewer than three levels, or where it does not converge on them.
+    /// From one code's results at decreasing sizes; `None` for fewer than three levels, or if it does not converge on them.
     pub fn new(code: usize, sizes: &[f64], scale: f64, distance: Distance) -> Option<Self> {
         let last = sizes.len().checked_sub(1)?;
         let step = |k: usize| distance([code, k], [code, k + 1]);
@@ -115,7 +115,7 @@ impl Course {
             .min_by(|p, q| near(p).total_cmp(&near(q)))?;
         let factor = |k: usize, p: f64| 1.0 / ((sizes[k] / sizes[k + 1]).powf(p) - 1.0);
         let [fine, coarse] = [last - 1, last - 2].map(|k| factor(k, order.min(natural)));
-        // X of the finest levels less that of the level before.
+        // X of the finest levels minus that of the level before.
         let between = [
             (last, 1.0 + fine),
             (last - 1, -fine - 1.0 - coarse),
@@ -135,7 +135,7 @@ impl Course {
 }
 
 impl Meeting {
-    /// Of two codes on the same levels, each with its own sizes. Limits nearer than `bound` are one; `scale` is the size of the results.
+    /// From two codes on the same levels, each with separate sizes. Limits nearer than `bound` are equal; `scale` is the size of the results.
     pub fn new(sizes: [&[f64]; 2], scale: f64, bound: f64, distance: Distance) -> Self {
         let courses = [0, 1].map(|code| Course::new(code, sizes[code], scale, distance));
         let mut meeting = Meeting {
@@ -161,7 +161,7 @@ impl Meeting {
         if !apart.is_finite() || !finest.is_finite() {
             return meeting;
         }
-        // The errors of finite elements oscillate in each cell, so that extrapolated fields may say less than the finest ones.
+        // The errors of finite elements oscillate in each cell, so extrapolated fields may be less accurate than the finest ones.
         let rooms = [(apart, a.room + b.room), (finest, SAFE * (a.away + b.away))];
         let low = rooms
             .iter()
@@ -180,19 +180,19 @@ impl Meeting {
         meeting
     }
 
-    /// The code whose finest result is nearer to the limit that both have, where they have one.
+    /// The code whose finest result is nearer to the common limit, if there is one.
     pub fn nearer(&self) -> Option<usize> {
         let [Some(a), Some(b)] = &self.courses else {
             return None;
         };
-        // What is apart has no common limit.
+        // Different limits are not a common one.
         let is_nearer = |x: &Course, y: &Course| {
             self.found == Found::Zero && y.away - y.room > NEARER * (x.away + x.room)
         };
         [is_nearer(a, b), is_nearer(b, a)].iter().position(|is| *is)
     }
 
-    /// As a clause about two codes: `converge to each other …`.
+    /// A clause about two codes: `converge to each other …`.
     pub fn words(&self, names: [&str; 2]) -> Text {
         let add = match &self.add {
             Some(add) => text!("add {add}"),
@@ -220,7 +220,7 @@ impl Meeting {
                 let high = Number::at_most(part(high), 2);
                 let bound = Number::new(part(self.bound), 2);
                 text!(
-                    "cannot be told to converge to each other on these levels: their limits may be {high} of it apart, where {bound} is allowed; {add}"
+                    "cannot be shown to converge to each other on these levels: their limits may be {high} of it apart, where {bound} is allowed; {add}"
                 )
             }
             _ => {
@@ -228,20 +228,20 @@ impl Meeting {
                 let wild: Vec<&str> = wild.map(|k| names[k]).collect();
                 if wild.is_empty() {
                     return text!(
-                        "cannot be told to converge to each other: their results on neighbouring levels cannot be compared"
+                        "cannot be shown to converge to each other: their results on neighbouring levels cannot be compared"
                     );
                 }
                 let does = if wild.len() == 1 { "does" } else { "do" };
                 let wild = wild.join(" and ");
                 text!(
-                    "cannot be told to converge to each other: {wild} {does} not converge steadily on these levels; {add}"
+                    "cannot be shown to converge to each other: {wild} {does} not converge steadily on these levels; {add}"
                 )
             }
         }
     }
 }
 
-/// |Σ cᵢ uᵢ| of results by their distances, with Σ cᵢ = 0.
+/// |Σ cᵢ uᵢ| of results from their distances, with Σ cᵢ = 0.
 fn norm(of: &[([usize; 2], f64)], distance: Distance) -> f64 {
     let mut square = 0.0;
     for (k, (u, c)) in of.iter().enumerate() {
@@ -250,7 +250,7 @@ fn norm(of: &[([usize; 2], f64)], distance: Distance) -> f64 {
             .map(|(v, d)| c * d * distance(*u, *v).powi(2))
             .sum::<f64>();
     }
-    // Unlike `max`, which would make 0 of what is not a number.
+    // Unlike `max`, which would turn NaN into 0.
     if square < 0.0 { 0.0 } else { square.sqrt() }
 }
 
@@ -298,7 +298,7 @@ mod tests {
         );
     }
 
-    /// No result that differs by rounding is apart, and none that moves without falling is told to converge.
+    /// A result that differs by rounding is not apart, and one that moves without falling is not reported to converge.
     #[test]
     fn what_does_not_converge_is_unknown() {
         let still = vec![[1.0, 0.0, 0.0]; 3];
@@ -314,7 +314,7 @@ mod tests {
         );
     }
 
-    /// A distance that is not known leaves everything open, whichever it is.
+    /// An unknown distance leaves everything undecided, whichever it is.
     #[test]
     fn what_cannot_be_compared_is_unknown() {
         let sizes = [1.0, 0.5, 0.25];
@@ -341,7 +341,7 @@ mod tests {
     }
 
     /// 200 pairs of right codes, whose errors have any orders, directions and second terms: none is apart. 200 with limits that differ by
-    /// more than the tolerance: none is said to converge to each other. A share of each is told.
+    /// more than the tolerance: none is reported to converge to each other. The fractions that are decided are bounded from below.
     #[test]
     fn random_codes_are_not_misjudged() {
         let mut random = random(11);

@@ -1,5 +1,5 @@
-//! Convergence: errors on finer and finer levels, their order, and what they fall to. Of any code's results they are taken against a formula,
-//! against a reference, or each against the next.
+//! Convergence: errors on finer and finer levels, their order, and their limit. The errors of any code's results are with respect to a formula,
+//! a reference, or the next level.
 
 mod fit;
 mod limit;
@@ -23,30 +23,30 @@ use faceoff_mesh::mesh::CellKind;
 /// An observed order may be this much lower than that of theory.
 pub const LOWER: f64 = 0.25;
 
-/// What errors are taken against.
+/// The reference of the errors.
 pub enum Against {
     /// A formula for each component.
     Exact(Vec<Expression>),
-    /// The result of a finer mesh, or of a better method.
+    /// The result on a finer mesh, or of a better method.
     Reference(Box<Results>),
-    /// ‖u_k - u_{k+1}‖, which falls with the order of the error where meshes are refined by one factor.
+    /// ‖u_k - u_{k+1}‖, which falls with the order of the error if meshes are refined by a constant factor.
     Next,
 }
 
 /// The orders of one field.
 #[derive(Debug, Serialize)]
 pub struct Convergence {
-    /// Its name.
+    /// The name of the field.
     pub field: String,
     /// `exact`, `reference`, `next`, or the other code.
     pub against: &'static str,
-    /// The coarsest first; against the next, the finest has no error.
+    /// The coarsest first; with `next`, the finest has no error.
     pub levels: Vec<Level>,
-    /// Of the L² norm of the error.
+    /// For the L² norm of the error.
     pub l2: Order,
-    /// Of the broken seminorm; none where a field is constant on each cell.
+    /// For the broken seminorm; `None` if a field is constant on each cell.
     pub h1: Option<Order>,
-    /// Why an order is lower than that of theory, where that is known.
+    /// Why an order is below the theoretical one, if that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limiting: Option<Limiting>,
 }
@@ -54,24 +54,24 @@ pub struct Convergence {
 /// One result.
 #[derive(Debug, Clone, Serialize)]
 pub struct Level {
-    /// Where it was read.
+    /// The path of its file.
     pub file: String,
-    /// Those of the highest dimension.
+    /// The number of cells of the highest dimension.
     pub cells: usize,
     /// (measure / cells)^(1/d)
     pub h: f64,
-    /// Of all cells.
+    /// The measure of all cells.
     #[serde(skip)]
     pub measure: f64,
-    /// Of the error; none of the finest against the next.
+    /// The norms of the error; `None` for the finest with `next`.
     #[serde(flatten)]
     pub norms: Option<Norms>,
-    /// The part of either mesh that the other does not cover, where two are compared.
+    /// The part of either mesh that the other does not cover, if two are compared.
     pub alone: Option<[f64; 2]>,
 }
 
 impl Convergence {
-    /// Of the norms on all levels.
+    /// The limit of the norms on all levels.
     pub fn new(field: &str, against: &'static str, levels: Vec<Level>) -> Self {
         let order = |pick: fn(&Norms) -> Option<f64>| {
             let errors = levels.iter();
@@ -94,7 +94,7 @@ impl Convergence {
 }
 
 impl Convergence {
-    /// Is an order on the finest levels lower than that of theory?
+    /// Is an order on the finest levels below the theoretical one?
     fn is_below(&self, theory: [f64; 2]) -> bool {
         let orders = [Some(&self.l2), self.h1.as_ref()];
         let last = orders.map(|order| order.and_then(|order| order.steps.last().copied()));
@@ -103,7 +103,7 @@ impl Convergence {
     }
 }
 
-/// The first level that is not finer than the one before, by these sizes, in words.
+/// A message about the first level that is not finer than the one before, by these sizes.
 pub fn not_finer(levels: &[Level], sizes: &[f64]) -> Option<String> {
     let k = sizes.windows(2).position(|pair| !(pair[0] > pair[1]))?;
     let [of, than] = [&levels[k + 1], &levels[k]];
@@ -116,7 +116,7 @@ pub fn not_finer(levels: &[Level], sizes: &[f64]) -> Option<String> {
 /// The orders of the fields that all results have, or of those named; results from the coarsest to the finest.
 ///
 /// # Errors
-/// Fewer than two errors, meshes that do not become finer, a field that one lacks, what [`compare_results`] refuses.
+/// Fewer than two errors, meshes that do not become finer, a field that a result lacks, errors of [`compare_results`].
 pub fn convergence(
     results: &[Results],
     names: &[String],
@@ -243,7 +243,7 @@ fn of_field(
     Ok(found)
 }
 
-/// The orders in L² and H¹ of functions of the degree of the cells; none of other fields than those on points.
+/// The orders in L² and H¹ for functions of the degree of the cells; `None` for fields that are not on points.
 fn theory(of: &Results, name: &str) -> Option<[f64; 2]> {
     of.on_points.iter().find(|field| field.name == name)?;
     let order = |kind: &CellKind| kind.order().map(|order| order as f64);
@@ -254,7 +254,7 @@ fn theory(of: &Results, name: &str) -> Option<[f64; 2]> {
     Some([degree + 1.0, degree])
 }
 
-/// ‖a - b‖ of one field over what two meshes have in common.
+/// ‖a - b‖ of one field over the intersection of two meshes.
 fn difference(
     a: &Results,
     b: &Results,

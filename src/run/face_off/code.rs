@@ -1,4 +1,4 @@
-//! A code of a face-off: a program of the user's own, one whose script is written from a form, or one that speaks the protocol of engines
+//! A code of a problem file: a user's program, a script that is generated from a form, or a program that implements the protocol of engines
 //! and solves a scene.
 
 use std::path::Path;
@@ -17,33 +17,33 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::{self, vtu};
 use faceoff_mesh::mesh::{Field, Mesh, Triangulation};
 
-/// Who answers.
+/// How a code gets its answer.
 pub enum Code {
-    /// A program of the user's own, or a script that is written from a form.
+    /// A user's program, or a script that is generated from a form.
     Script(Script),
-    /// One that cannot solve the form here: it is not installed, or lacks a space or an integral.
+    /// A code that cannot solve the form here: it is not installed, or lacks a space or an integral.
     Missing(Missing),
     /// An engine that solves a scene.
     Protocol(Box<Protocol>),
-    /// The solver of forms of this program.
+    /// The solver of forms in this program.
     Own(Box<Own>),
 }
 
-/// A form that is solved here.
+/// A form that is solved by this program.
 pub struct Own {
     files: Script,
     problem: Problem,
 }
 
-/// A code without an answer, and why.
+/// A code without an answer, and the reason.
 pub struct Missing {
     files: Script,
     why: String,
 }
 
-/// An engine, and the scheme that it gets.
+/// An engine, and its scheme.
 pub struct Protocol {
-    /// What it is called, and what it leaves: its field is `u`.
+    /// Its name and its results: its field is `u`.
     files: Script,
     engine: Box<dyn Engine>,
     scene: Scene,
@@ -54,12 +54,12 @@ pub struct Protocol {
 const FIELD: &str = "u.vtu";
 
 impl Code {
-    /// As the file of the face-off calls it.
+    /// The name in the problem file.
     pub fn name(&self) -> &str {
         &self.files().name
     }
 
-    /// What it is called, and the files that it leaves.
+    /// The name, and the files that it writes.
     pub fn files(&self) -> &Script {
         match self {
             Code::Script(script) => script,
@@ -69,8 +69,8 @@ impl Code {
         }
     }
 
-    /// The program that the file starts by it: the first word of a command, or an engine that a file describes; none of an engine
-    /// of ours, nor of a script that is written from a form, which can do nothing but solve it.
+    /// The program that the file starts: the first word of a command, or an engine that a file describes; `None` for a built-in
+    /// engine, and for a script that is generated from a form, which can only solve it.
     pub fn program(&self) -> Option<&str> {
         match self {
             Code::Script(Script {
@@ -83,7 +83,7 @@ impl Code {
         }
     }
 
-    /// Does it get the mesh of the face-off, rather than make its own?
+    /// Does it get the mesh of the problem, rather than make a separate one?
     pub fn takes_mesh(&self) -> bool {
         match self {
             Code::Script(script) => script.mesh.is_some(),
@@ -115,7 +115,7 @@ impl Code {
     /// Lets a code of a form write its linear system too.
     ///
     /// # Errors
-    /// In words: why it has none.
+    /// A message that says why it has none.
     pub(super) fn write_system(&mut self) -> Result<(), String> {
         match self {
             Code::Own(own) if own.problem.eigen.is_some() => {
@@ -174,7 +174,7 @@ impl Code {
     /// What it answers.
     ///
     /// # Errors
-    /// A code that fails, that takes too long, or that does not write what it should; a mesh that its format cannot hold, or
+    /// A code that fails, that takes too long, or that does not write its results; a mesh that its format cannot hold, or
     /// on which its scene cannot be solved.
     pub fn run(&self, task: &Task, how: &How) -> Result<Left> {
         match self {
@@ -185,18 +185,18 @@ impl Code {
         }
     }
 
-    /// What it answered, in a folder that [`How::into`] named.
+    /// The answer in a folder that [`How::into`] named.
     ///
     /// # Errors
-    /// Files that are not there or cannot be read.
+    /// Files that do not exist or cannot be read.
     pub fn left(&self, folder: &Path, seconds: f64) -> Result<Left> {
         self.files().left(folder, seconds)
     }
 
-    /// What its answer depends on besides its task.
+    /// The inputs of its answer in addition to the task.
     ///
     /// # Errors
-    /// Programs that cannot be asked, and scripts that cannot be read.
+    /// Programs that cannot be queried, and scripts that cannot be read.
     pub fn identity(&self) -> Result<Value> {
         match self {
             Code::Script(script) => script.identity(),
@@ -227,7 +227,7 @@ impl Missing {
 }
 
 impl Protocol {
-    /// An engine by the name that it has in the face-off.
+    /// An engine under its name in the problem file.
     pub fn new(name: &str, engine: Box<dyn Engine>, scene: Scene, method: Method) -> Self {
         let files = Script {
             name: name.to_owned(),
@@ -271,14 +271,14 @@ impl Protocol {
             return Err(refuse("its iteration did not converge", remedy));
         }
         let (mesh, field) = function::broken(&case.problem, "u", &answer.u);
-        // The engine keeps its own folder.
+        // The engine keeps a separate folder.
         let write = |folder: &Path| save(&self.files, &mesh, &[field], folder);
         self.files.leave(how, None, seconds, write)
     }
 }
 
 impl Own {
-    /// Of a form, by the name that it has in the face-off.
+    /// A script for a form under its name in the problem file.
     pub fn new(files: Script, problem: Problem) -> Self {
         Own { files, problem }
     }
@@ -322,7 +322,7 @@ impl Own {
                 return Ok(());
             };
             let (a, b, mut table) = own::system(&problem, mesh)?;
-            // The system at a state has not the solution.
+            // The system at a state does not have the solution.
             table.values = problem.clone().is_linear().then(|| solution.u.clone());
             io::write_matrix(&folder.join(matrix), &a)?;
             io::write_vector(&folder.join(load), &b)?;

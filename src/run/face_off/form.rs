@@ -1,4 +1,4 @@
-//! The file of a weak form: a face-off whose codes get their scripts from the form.
+//! Form files: problem files whose codes get their scripts from a weak form.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,17 +21,17 @@ use faceoff_mesh::mesh::Mesh;
 
 /// A form with the mesh that its scripts read, at one refinement.
 pub struct FormFile {
-    /// Checked on the mesh.
+    /// The form, checked on the mesh.
     pub problem: Problem,
-    /// At the refinement.
+    /// The mesh at the refinement.
     pub mesh: Mesh,
-    /// The file of the mesh, where it is not generated.
+    /// The file of the mesh; `None` if it is generated.
     pub mesh_file: Option<PathBuf>,
     /// The refinements that the file names.
     pub levels: Vec<usize>,
 }
 
-/// The name of a field that another is derived from, as `q` in `div(q)`, `|q|` and `|curl(q)|`; its own where it is not derived.
+/// The name of the field that another is derived from, as `q` in `div(q)`, `|q|` and `|curl(q)|`; the same name if it is not derived.
 fn inner(name: &str) -> &str {
     let named = |start: &str, end: &str| name.strip_prefix(start)?.strip_suffix(end);
     let found = [("|", "|"), ("div(", ")"), ("curl(", ")")]
@@ -41,7 +41,7 @@ fn inner(name: &str) -> &str {
     found.or_else(component).map_or(name, inner)
 }
 
-/// Why a form leaves nothing open of a field that is said to be open up to something; none where it may.
+/// Why a form does not leave open what a field declares as open; `None` if it may.
 pub(super) fn not_open(form: &Problem, field: &str, up_to: UpTo) -> Option<String> {
     let unknown = form.unknowns.iter().position(|u| u.name == field)?;
     if !matches!(up_to, UpTo::Constant | UpTo::Rigid) {
@@ -59,10 +59,10 @@ pub(super) fn not_open(form: &Problem, field: &str, up_to: UpTo) -> Option<Strin
 }
 
 impl FormFile {
-    /// Reads the file of a form, at a refinement or the first that it names; of a scene of elasticity by a method.
+    /// Reads a form file, at a refinement or the first that it names; a scene of elasticity is read with a method.
     ///
     /// # Errors
-    /// A file that cannot be read, or of something else; a form or a mesh that is not as it must be, with the place.
+    /// A file that cannot be read, or is not a form file; an invalid form or mesh, with its position.
     pub fn read(path: &Path, method: &Method, n: Option<usize>) -> Result<Self> {
         let (reader, text) = Reader::open(path, method, &[])?;
         let file = reader.parse(&text).map_err(|e| reader.told(e))?;
@@ -92,11 +92,11 @@ impl FormFile {
 }
 
 impl FormFile {
-    /// Reads it at a refinement, or at the first one that it names at which the mesh has as many cells as a result; if there is none, at the
+    /// Reads it at the given refinement, or at the first one in the file for which the mesh has as many cells as a result; if there is none, at the
     /// first.
     ///
     /// # Errors
-    /// As [`FormFile::read`].
+    /// Errors of [`FormFile::read`].
     pub fn fitting(path: &Path, method: &Method, n: Option<usize>, result: &Mesh) -> Result<Self> {
         let form = FormFile::read(path, method, n)?;
         if n.is_some() || cells(&form.mesh) == cells(result) {
@@ -121,7 +121,7 @@ fn cells(mesh: &Mesh) -> usize {
 }
 
 impl Reader {
-    /// Of a file by its path: relative paths in it start beside it.
+    /// From a path: relative paths in the file refer to its folder.
     pub(super) fn of(path: &Path) -> Result<Self> {
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -137,7 +137,7 @@ impl Reader {
         })
     }
 
-    /// The text of a form or a face-off by its path, and who reads it. A scene of elasticity, by its path or its name if it is built in, is a form by a
+    /// The text of a form file or a problem file, and its reader. A scene of elasticity, by its path or its name if it is built in, is a form by a
     /// method in these codes.
     pub(super) fn open(path: &Path, method: &Method, codes: &[String]) -> Result<(Self, String)> {
         let carried = path.to_str().and_then(elastic::builtin);
@@ -178,11 +178,11 @@ impl Reader {
         Ok((problem, mesh))
     }
 
-    /// The codes that a form uses, all where it names none; `use` is taken out of the table.
+    /// The codes that a form uses, all if it names none; `use` is taken out of the table.
     pub(super) fn written(&self, form: &Problem, codes: &mut toml::Table) -> Result<Vec<Code>> {
         let names: Vec<String> = match codes.remove("use") {
             Some(list) => self.table("codes.use", list)?,
-            // An engine of that name takes its place.
+            // An engine with that name replaces it.
             None => spelled()
                 .filter(|name| *name != OWN || !codes.contains_key(OWN))
                 .map(str::to_owned)
@@ -232,7 +232,7 @@ impl Reader {
         Ok(all)
     }
 
-    /// What is compared: the unknowns where the file names no field.
+    /// The fields to compare: the unknowns, if the file names no field.
     pub(super) fn asked_of(&self, form: &Problem, fields: &mut toml::Table) -> Result<()> {
         if form.eigen.is_some() {
             return Ok(());
@@ -269,10 +269,10 @@ impl Reader {
     }
 }
 
-/// The codes that solve a scene of elasticity where none is named.
+/// The codes that solve a scene of elasticity if none is named.
 const ELASTIC: [&str; 3] = [OWN, "freefem", "fenicsx"];
 
-/// The solver of this program, by the name that it has in files.
+/// The name of this program's solver in files.
 const OWN: &str = "rust";
 
 /// The names of the codes that solve forms: our own, and those that scripts are written for.
@@ -280,7 +280,7 @@ fn spelled() -> impl Iterator<Item = &'static str> {
     std::iter::once(OWN).chain(CODES.iter().map(|code| code.name))
 }
 
-/// The file of the eigenvalues of an eigenproblem.
+/// The name of the file with the eigenvalues of an eigenproblem.
 fn numbers(form: &Problem) -> Option<String> {
     form.eigen.as_ref().map(|_| format!("{}.csv", form.name))
 }
@@ -323,7 +323,7 @@ fn written(form: &Problem, code: &'static Spelled) -> Code {
     }
 }
 
-/// A formula with definitions and the formulas of data instead of their names, parameters as `{NAME}`, and the end of the steps in time as a number.
+/// A formula with definitions and data replaced by their formulas, parameters as `{NAME}`, and the end time as a number.
 pub(super) fn in_full(text: &str, form: &Problem) -> String {
     let data: BTreeMap<&str, &str> = form
         .data
@@ -331,7 +331,7 @@ pub(super) fn in_full(text: &str, form: &Problem) -> String {
         .filter(|datum| datum.shape.is_empty())
         .map(|datum| (datum.name.as_str(), datum.texts[0].as_str()))
         .collect();
-    // The end and the step are no parameters of the file.
+    // The end and the step are not parameters of the file.
     let is_timed = |k: usize| {
         let of_time = form.time.as_ref().map(|time| time.parameter);
         of_time.is_some_and(|first| k >= first)
@@ -344,7 +344,7 @@ pub(super) fn in_full(text: &str, form: &Problem) -> String {
             false => format!("{{{name}}}"),
         })
     };
-    // What cannot be read as it is stays so: whoever reads the formula refuses it.
+    // Text that cannot be parsed stays unchanged: the reader of the formula rejects it.
     let full = Formula::new(text.to_owned(), &form.definitions);
     let full = full.map_or_else(|_| text.to_owned(), |formula| formula.text);
     words(&full, |word| match data.get(word) {

@@ -1,4 +1,4 @@
-//! What a file gives as `exact`: an expression of a scene in which parameters are filled in and `t` is the time.
+//! The formula under `exact` in a file: an expression of a scene in which parameters are substituted and `t` is the time.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +9,19 @@ use faceoff_fem::scene::Expression;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Formula {
     text: String,
-    /// Does it hang on the time?
+    /// Does it depend on the time?
     pub has_time: bool,
 }
 
 impl Formula {
-    /// A formula that is one with these parameters; else what is wrong, in words.
+    /// Checks a formula with these parameters; the error is a message.
     pub(super) fn new(text: &str, parameters: &BTreeMap<String, String>) -> Result<Self, String> {
         let mut formula = Formula {
             text: text.to_owned(),
             has_time: false,
         };
         let filled = formula.filled(parameters)?;
-        // Of one letter as well, so that columns stay.
+        // Of one character as well, so that columns stay the same.
         let in_place = replaced(&filled, "x");
         Expression::parse(&in_place).map_err(|e| {
             let what = e.what.replace("use x, y, z,", "use x, y, z, t,");
@@ -52,19 +52,19 @@ impl Formula {
     /// At a time, with the parameters of a level.
     ///
     /// # Errors
-    /// In words: parameters that make it none.
+    /// A message on parameters with which it is not a valid formula.
     pub fn at(&self, parameters: &BTreeMap<String, String>, t: f64) -> Result<Expression, String> {
         let text = replaced(&self.filled(parameters)?, &format!("({t:?})"));
         Expression::parse(&text).map_err(|e| format!("exact: {} in `{text}`", e.what))
     }
 }
 
-/// With something else where the variable t is.
+/// The formula with the variable t replaced.
 fn replaced(text: &str, by: &str) -> String {
     words(text, |word| (word == "t").then(|| by.to_owned()))
 }
 
-/// A formula with something else for some of its names; what is in braces stays.
+/// A formula with some of its names replaced; text in braces is kept.
 pub fn words(text: &str, other: impl Fn(&str) -> Option<String>) -> String {
     let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
     let mut out = String::new();

@@ -110,7 +110,7 @@ impl FaceOff {
     /// relative error with which its numbers were written.
     ///
     /// # Errors
-    /// That of the last result, or that there is none.
+    /// The error of the last result, or that there is none.
     pub fn first<T>(
         &self,
         code: &Code,
@@ -158,7 +158,7 @@ fn mesh(results: &Results) -> Mesh {
         (Support::Cells, &results.on_cells),
     ];
     for (on, fields) in supports {
-        // What not all points have is no function.
+        // A field without values at some points is not a function.
         for field in fields.iter().filter(|field| field.at.is_none()) {
             let values = Values::F64(field.values.clone());
             let field = Field::new(field.name.as_str(), on, field.components, values);

@@ -1,27 +1,27 @@
-//! The levels of a face-off: points on axes, which are the refinements of its mesh and a parameter that is a list, or both together.
+//! The levels of a problem file: points on axes, which are the refinements of its mesh and a parameter that is a list, or both together.
 
 use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::{Serialize, Serializer};
 
-/// What one run of all codes is asked for.
+/// The settings of one run of all codes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Level {
-    /// As reports call it.
+    /// The name in reports.
     pub label: Label,
-    /// The refinement of the mesh, which is an axis like others.
+    /// The refinement of the mesh, which is also an axis.
     pub n: Option<usize>,
-    /// Where it is on each axis.
+    /// Its value on each axis.
     at: Vec<(String, String)>,
-    /// What goes to zero, where that is not the mesh size, by name: a parameter, or `1/n`.
+    /// The name and value of what goes to zero, if that is not the mesh size: a parameter, or `1/n`.
     pub step: Option<(String, f64)>,
 }
 
-/// What a level is called.
+/// The label of a level.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Label {
-    /// Nothing, where there is one alone.
+    /// Empty, if there is only one.
     #[default]
     Only,
     /// `n = 16`: by its refinement.
@@ -47,7 +47,7 @@ impl Serialize for Label {
 }
 
 impl Label {
-    /// For the middle of a sentence: `, n = 16`, or nothing.
+    /// For the middle of a sentence: `, n = 16`, or empty.
     pub fn at(&self) -> String {
         match self {
             Label::Only => String::new(),
@@ -56,13 +56,13 @@ impl Label {
     }
 }
 
-/// What changes from level to level, or what all levels share: the refinement, or a parameter that is a list.
+/// A quantity that changes from level to level, or that all levels share: the refinement, or a parameter that is a list.
 #[derive(Debug, Clone)]
 pub(super) struct Axis {
     pub name: String,
-    /// As commands get them, from the coarsest to the finest.
+    /// The values as text for commands, from the coarsest to the finest.
     pub values: Vec<String>,
-    /// What goes to zero with them: step sizes themselves, 1 over numbers of steps and over refinements.
+    /// The corresponding values that go to zero: step sizes, or the reciprocals of numbers of steps and of refinements.
     steps: Vec<f64>,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Axis {
 pub(super) const N: &str = "n";
 
 impl Axis {
-    /// The refinements of the mesh; none where it has none.
+    /// The refinements of the mesh; `None` if it has none.
     pub fn refinements(n: &[usize]) -> Option<Self> {
         (!n.is_empty()).then(|| Axis {
             name: N.to_owned(),
@@ -95,7 +95,7 @@ impl Axis {
     /// A parameter that is a list.
     ///
     /// # Errors
-    /// In words: what the list is, and what it should be.
+    /// A message that says what the list is, and what it should be.
     pub fn of_list(
         name: &str,
         values: Vec<String>,
@@ -136,10 +136,10 @@ impl Axis {
 }
 
 impl Level {
-    /// The levels of some axes; those with several values run together.
+    /// The levels of some axes; those with several values change together.
     ///
     /// # Errors
-    /// In words: two axes that do not have as many.
+    /// A message on two axes of different lengths.
     pub(super) fn all(axes: &[Axis]) -> Result<Vec<Level>, String> {
         let varying: Vec<&Axis> = axes.iter().filter(|axis| axis.values.len() > 1).collect();
         let count = varying.first().map_or(1, |first| first.values.len());
@@ -160,7 +160,7 @@ impl Level {
             let refinement = axes.iter().find(|axis| axis.is_refinement());
             let n = refinement.and_then(|axis| of(axis).parse().ok());
             let at = |axis: &Axis| (axis.name.clone(), of(axis));
-            // Where the mesh changes as well, what goes to zero is its size.
+            // If the mesh changes as well, its size is what goes to zero.
             let step = varying.iter().min_by_key(|axis| !axis.is_refinement());
             let step = step.map(|axis| match axis.is_refinement() {
                 true => ("1/n".to_owned(), axis.steps[k]),
@@ -188,12 +188,12 @@ impl Level {
         parameters
     }
 
-    /// Where it is on each axis: `n = 4, dt = 0.05`; nothing where there is one level alone.
+    /// Its value on each axis: `n = 4, dt = 0.05`; empty if there is only one level.
     pub fn words(&self) -> String {
         words(self.at.iter().cloned())
     }
 
-    /// The end of the names of its folders: `-n16`, `-dt0.05`.
+    /// The suffix of the names of its folders: `-n16`, `-dt0.05`.
     pub fn suffix(&self) -> String {
         let at = self
             .at

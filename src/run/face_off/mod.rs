@@ -1,4 +1,4 @@
-//! A face-off file: any problem, solved by codes of one's own on one mesh or on their own, field by field against each other.
+//! Problem files: any problem, solved by the user's codes on one mesh or on separate ones, and compared field by field.
 //!
 //! ```toml
 //! name = "cantilever"
@@ -20,7 +20,7 @@
 //! rtol = 1e-10
 //! ```
 //!
-//! The file of a weak form has `[form]` instead of commands: the codes that it uses get their scripts from the form.
+//! A form file has `[form]` instead of commands: the codes that it uses get their scripts from the form.
 
 mod code;
 mod form;
@@ -63,30 +63,30 @@ use faceoff_mesh::mesh::{Group, Mesh, refine};
 use level::Axis;
 use tables::Reader;
 
-/// A problem, the codes that solve it, and what they are asked for.
+/// A problem, the codes that solve it, and the results to compare.
 pub struct FaceOff {
-    /// As the file has it.
+    /// The name in the file.
     pub name: String,
-    /// What the problem is, in the file's words; may be empty.
+    /// The description in the file; may be empty.
     pub about: String,
     /// The weak form from which codes get their scripts.
     pub form: Option<Problem>,
     mesh: Option<Source>,
-    /// Along which levels lie, refinements ascending; none where the mesh is taken as it is and no parameter is a list.
+    /// The axes of the levels, refinements ascending; empty if the mesh is used unrefined and no parameter is a list.
     axes: Vec<Axis>,
-    /// As commands get them; of one that is a list, the first.
+    /// As text for commands; for a list, the first value.
     pub parameters: BTreeMap<String, String>,
     /// The names of those that are real numbers.
     pub reals: BTreeSet<String>,
-    /// At least two, each of another name.
+    /// At least two, with distinct names.
     pub codes: Vec<Code>,
-    /// Those that are compared.
+    /// The fields to compare.
     pub fields: Vec<Asked>,
-    /// Those that are compared.
+    /// The numbers to compare.
     pub numbers: Vec<Asked>,
-    /// Those that are compared.
+    /// The spectra to compare.
     pub spectra: Vec<Spectrum>,
-    /// The values for which all is solved again.
+    /// The values for which everything is solved again.
     pub sweep: Option<Sweep>,
     /// Those that the data of the user's own codes have.
     pub symmetries: Vec<Image>,
@@ -95,45 +95,45 @@ pub struct FaceOff {
     reader: Reader,
 }
 
-/// Where the mesh comes from.
+/// The source of the mesh.
 #[derive(Debug, Clone)]
 enum Source {
     Given(Arc<Mesh>),
     File(PathBuf),
     Generated(Cuboid, Cells),
-    /// A file that the program carries.
+    /// A file that is built into the program.
     Carried(String, &'static [u8]),
 }
 
 /// A field, or a number, that all codes have.
 #[derive(Debug, Clone)]
 pub struct Asked {
-    /// As reports call it.
+    /// The name in reports.
     pub name: String,
-    /// Where a code calls it otherwise.
+    /// The names in codes that use a different one.
     pub names: BTreeMap<String, String>,
     /// What the codes share, which decides how it is judged.
     pub same: Same,
-    /// Relative to the largest value; where codes share the problem only, to the norm on the finest mesh. Infinite where
-    /// differences are told and not judged.
+    /// Relative to the largest value; if codes only share the problem, to the norm on the finest mesh. Infinite if
+    /// differences are reported and not judged.
     pub rtol: f64,
-    /// In the unit of the field or number.
+    /// Absolute, in the unit of the field or number.
     pub atol: f64,
-    /// What must carry it; none: anything may.
+    /// The entities that must carry it; `None`: any.
     pub on: Option<On>,
-    /// How many a field must have; in the plane, 2 may stand as 3.
+    /// The number of components that a field must have; in 2D, 3 are accepted for 2.
     pub components: Option<usize>,
-    /// The solution, a formula for each component; of a number, its value.
+    /// The exact solution, one formula per component; for a number, its value.
     pub exact: Vec<Formula>,
-    /// How far a number on the finest mesh may be from the exact one, relative to it.
+    /// The tolerance of a number on the finest mesh with respect to the exact one, relative to it.
     pub exact_rtol: Option<f64>,
-    /// The orders of theory in L² and H¹.
+    /// The theoretical orders in L² and H¹.
     pub orders: [Option<f64>; 2],
     /// The part of either mesh that the other need not cover.
     pub uncovered: Option<f64>,
-    /// Of a field.
+    /// The times of a field to compare.
     pub times: Judged,
-    /// Of a field: what its problem leaves open.
+    /// What the problem leaves open in a field.
     pub up_to: Vec<UpTo>,
     /// Of a number of a form: the integral that it is. Of a field of a form that is derived on facets: an integral for each component.
     pub value: Vec<String>,
@@ -145,14 +145,14 @@ pub struct Asked {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Same {
-    /// The discrete problem: their answers are equal but for rounding.
+    /// The discrete problem: their answers are equal up to rounding.
     Discretisation,
-    /// The continuous one: their answers differ by the error of either.
+    /// The continuous problem: their answers differ by the discretisation errors.
     Problem,
 }
 
 impl Asked {
-    /// What a code calls it.
+    /// The name in a code.
     pub fn name_in(&self, code: &str) -> &str {
         self.names.get(code).unwrap_or(&self.name)
     }
@@ -163,10 +163,10 @@ impl Asked {
     }
 }
 
-/// What a scene has not.
+/// Keys that a scene does not have.
 const KINDS: [&str; 4] = ["codes", "form", "eigen", "elastic"];
 
-/// Is this a scene of elasticity, by its name or file? What cannot be read is none.
+/// Is this a scene of elasticity, by its name or file? False if it cannot be read.
 pub fn is_elastic(path: &Path) -> bool {
     let is_builtin = path
         .to_str()
@@ -174,8 +174,8 @@ pub fn is_elastic(path: &Path) -> bool {
     is_builtin || file::text(path).is_ok_and(|text| elastic::is_elastic(&text))
 }
 
-/// Is this the file of a face-off, of a form, or of a scene of elasticity, which is one too, or the name of such a scene, rather than another scene? What cannot
-/// be read is none of them.
+/// Is this a problem file, a form file, or a scene of elasticity (by its name or file), rather than another scene? False if it cannot
+/// be read.
 pub fn is_face_off(path: &Path) -> bool {
     if path
         .to_str()
@@ -190,7 +190,7 @@ pub fn is_face_off(path: &Path) -> bool {
 }
 
 impl FaceOff {
-    /// What codes are asked on a level.
+    /// The task of the codes on a level.
     pub fn problem(&self, level: &Level, mesh: Option<&Mesh>) -> Value {
         json!({
             "parameters": level.parameters(&self.parameters),
@@ -199,27 +199,27 @@ impl FaceOff {
         })
     }
 
-    /// Reads a face-off file; its relative paths start beside it.
+    /// Reads a problem file; its relative paths refer to its folder.
     ///
     /// # Errors
-    /// A file that cannot be read, unknown keys, what could not be judged, placeholders that are not known.
+    /// A file that cannot be read, unknown keys, settings that could not be judged, unknown placeholders.
     pub fn read(path: &Path) -> Result<Self> {
         FaceOff::read_by(path, &Method::cr(), &[])
     }
 
-    /// The same; a scene of elasticity is solved by this method in these codes, where none is named in our solver and in those with a scheme by hand.
+    /// The same; a scene of elasticity is solved by this method in these codes, or if none is named in our solver and in those with a handwritten scheme.
     ///
     /// # Errors
-    /// As [`FaceOff::read`].
+    /// Errors of [`FaceOff::read`].
     pub fn read_by(path: &Path, method: &Method, codes: &[String]) -> Result<Self> {
         let (reader, text) = Reader::open(path, method, codes)?;
         reader.read(&text)
     }
 
-    /// Of the text of a form without a mesh, on this one.
+    /// From the text of a form without a mesh, on this one.
     ///
     /// # Errors
-    /// As [`FaceOff::read`].
+    /// Errors of [`FaceOff::read`].
     pub fn on(text: &str, mesh: Mesh) -> Result<Self> {
         let reader = Reader {
             origin: "form.toml".to_owned(),
@@ -231,7 +231,7 @@ impl FaceOff {
         reader.read(text)
     }
 
-    /// Takes out the codes of a form that cannot solve it here, and returns them with the reasons.
+    /// Removes the codes of a form that cannot solve it here, and returns them with the reasons.
     pub fn without_missing(&mut self) -> Vec<(String, String)> {
         let all = std::mem::take(&mut self.codes);
         let (missing, there) = all.into_iter().partition(|code| code.missing().is_some());
@@ -244,10 +244,10 @@ impl FaceOff {
         told.collect()
     }
 
-    /// With other refinements.
+    /// With different refinements.
     ///
     /// # Errors
-    /// Not as many as a parameter has values.
+    /// A number of refinements that differs from that of a parameter's values.
     pub fn with_n(mut self, mut n: Vec<usize>) -> Result<Self> {
         n.sort_unstable();
         let list: Vec<i64> = n.iter().map(|n| *n as i64).collect();
@@ -289,10 +289,10 @@ impl FaceOff {
             .collect()
     }
 
-    /// The mesh at a refinement; none where every code makes its own.
+    /// The mesh at a refinement; `None` if every code makes a separate one.
     ///
     /// # Errors
-    /// A file that cannot be read or refined so often; [`Error::Ended`].
+    /// A file that cannot be read or refined to this level; [`Error::Ended`].
     pub fn mesh(&self, n: Option<usize>) -> Result<Option<Mesh>> {
         let source = self.mesh.as_ref();
         source.map(|source| source.mesh(&self.name, n)).transpose()
@@ -300,7 +300,7 @@ impl FaceOff {
 }
 
 impl Source {
-    /// The mesh at a refinement, of the file of this name.
+    /// The mesh at a refinement, from the file of this name.
     fn mesh(&self, name: &str, n: Option<usize>) -> Result<Mesh> {
         let mut mesh = match self {
             Source::Given(mesh) => Mesh::clone(mesh),
@@ -317,7 +317,7 @@ impl Source {
                     return Err(Error::Scene {
                         scene: name.to_owned(),
                         place: "mesh".into(),
-                        what: format!("n = {times} is no power of two"),
+                        what: format!("n = {times} is not a power of two"),
                         remedy: "give n of 1, 2, 4, …: how often each edge of the file's mesh is divided"
                             .into(),
                     });
@@ -333,7 +333,7 @@ impl Source {
     }
 }
 
-/// Some readers, as that of dolfinx, leave out cells that are in no group: where no cell is, all are in one.
+/// Some readers, such as that of dolfinx, skip cells that are in no group; if no cell is in one, one group gets all cells.
 fn group_cells(mesh: &mut Mesh) {
     let dim = mesh.dim();
     if mesh.groups.iter().any(|group| group.dim == dim) {

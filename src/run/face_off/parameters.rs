@@ -1,4 +1,4 @@
-//! What commands get as `{NAME}`.
+//! The values that commands get as `{NAME}`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,7 +7,7 @@ use super::tables::Reader;
 use faceoff_mesh::error::Result;
 
 impl Reader {
-    /// The names of those that are real numbers, which may be changed a little; an integer may be a count.
+    /// The names of real parameters, which may be perturbed; an integer may be a count.
     pub(super) fn reals(&self, tables: &BTreeMap<String, toml::Value>) -> BTreeSet<String> {
         let is_real = |value: &toml::Value| match value {
             toml::Value::String(text) => text.contains(['.', 'e']) && text.parse::<f64>().is_ok(),
@@ -20,7 +20,7 @@ impl Reader {
         reals.map(|(name, _)| name.clone()).collect()
     }
 
-    /// As commands get them, and the one that is a list.
+    /// The values as text for commands, and the one that is a list.
     pub(super) fn parameters(
         &self,
         tables: BTreeMap<String, toml::Value>,
@@ -50,11 +50,11 @@ impl Reader {
         Ok((all, list))
     }
 
-    /// As a command gets it: numbers with the fewest digits that are the same number.
+    /// As text for a command: numbers with the fewest digits that read back unchanged.
     fn parameter(&self, name: &str, value: &toml::Value) -> Result<String> {
         let place = format!("parameters.{name}");
         if ["mesh", "out", "n"].contains(&name) {
-            let what = format!("{{{name}}} has a meaning of its own");
+            let what = format!("{{{name}}} is a reserved name");
             return Err(self.refuse(&place, what, "give it another name"));
         }
         self.value_of(&place, value)

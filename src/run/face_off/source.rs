@@ -1,4 +1,4 @@
-//! The table that says where the mesh of a face-off or of a form comes from.
+//! The table that gives the mesh of a problem file or a form file.
 
 use super::Source;
 use super::tables::{MeshTable, Reader, Several};
@@ -29,7 +29,7 @@ impl Reader {
                 let path = beneath(&self.home, &name).ok_or_else(|| {
                     refuse(
                         &format!("{name} lies outside of the folder of this file"),
-                        "keep the mesh beside it",
+                        "keep the mesh in its folder",
                     )
                 })?;
                 Some(Source::File(path))

@@ -1,4 +1,4 @@
-//! `[spectra.NAME]` of a face-off file: eigenvalues and modes that all codes have.
+//! `[spectra.NAME]` of a problem file: eigenvalues and modes that all codes have.
 
 use std::collections::BTreeMap;
 
@@ -12,36 +12,36 @@ use faceoff_mesh::error::Result;
 /// Eigenvalues, and perhaps modes, of all codes.
 #[derive(Debug, Clone)]
 pub struct Spectrum {
-    /// As reports call it.
+    /// The name in reports.
     pub name: String,
-    /// What the names of the numbers begin with that are eigenvalues, before 1, 2, ….
+    /// The prefix of the names of the numbers that are eigenvalues, before 1, 2, ….
     pub values: String,
-    /// The same of the fields that are modes, or a name with `*` for the number; none where only values are compared.
+    /// The same for the fields that are modes, or a name with `*` for the number; `None` if only values are compared.
     pub modes: Option<String>,
-    /// Where a code has other names: of its values and modes, in this order.
+    /// The names in codes that use different ones: of values and modes, in this order.
     pub names: BTreeMap<String, Vec<String>>,
     /// What the codes share.
     pub same: Same,
-    /// How far apart eigenvalues may be, relative to the larger; infinite where differences are told and not judged.
+    /// The tolerance of eigenvalues, relative to the larger; infinite if differences are reported and not judged.
     pub rtol: f64,
-    /// The largest sine of an angle between subspaces; none where angles are told and not judged.
+    /// The largest sine of an angle between subspaces; `None` if angles are reported and not judged.
     pub angle: Option<f64>,
-    /// Eigenvalues with no larger gap between them, relative to the larger, are one cluster, whose modes are compared as a space.
+    /// Eigenvalues whose gap is at most this, relative to the larger, are one cluster, whose modes are compared as a space.
     pub cluster: f64,
-    /// How many of the lowest every code must have, without the kernel; none where all that codes have is compared.
+    /// The number of lowest eigenvalues that every code must have, without the kernel; `None` if all values of the codes are compared.
     pub count: Option<usize>,
-    /// Of an eigenproblem: not the lowest but those that are nearest to this.
+    /// For an eigenproblem: the eigenvalues nearest to this, instead of the lowest.
     pub near: Option<f64>,
-    /// Eigenvalues that are no larger than this, relative to the largest, are those of the kernel, and left out.
+    /// Eigenvalues of at most this, relative to the largest, are those of the kernel, and left out.
     pub kernel: Option<f64>,
-    /// The lowest eigenvalues that are known.
+    /// The lowest eigenvalues, if they are known.
     pub exact: Vec<f64>,
-    /// How far from them those of a code on the finest mesh may be, relative to them.
+    /// The tolerance of a code on the finest mesh with respect to them, relative to them.
     pub exact_rtol: Option<f64>,
 }
 
 impl Spectrum {
-    /// What the names of a code's values and modes begin with.
+    /// The prefixes of a code's values and modes.
     pub fn names_in(&self, code: &str) -> (&str, Option<&str>) {
         let own = self.names.get(code);
         let values = own.and_then(|own| own.first());
@@ -73,7 +73,7 @@ struct Table {
 }
 
 impl Reader {
-    /// What `[eigen]` says already of the one spectrum that an eigenproblem has: the names in the scripts' results, how many, and near which number.
+    /// The settings that `[eigen]` implies for the one spectrum of an eigenproblem: the names in the scripts' results, the number of values, and the target.
     pub(super) fn spectra_of(&self, form: &Problem, spectra: &mut toml::Table) -> Result<()> {
         let Some(eigen) = &form.eigen else {
             let Some(name) = spectra.keys().next() else {

@@ -1,5 +1,5 @@
-//! A sweep: the values of n, parameters, the step in time and the degree for which all codes solve a problem again, all combinations of them or
-//! a random draw.
+//! A sweep: the values of n, parameters, the time step and the degree for which all codes solve a problem again, in all combinations or
+//! for a random sample.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,17 +11,17 @@ use super::level::{Axis, N};
 use super::tables::Reader;
 use faceoff_mesh::error::{Error, Result, meant};
 
-/// Where a problem is solved: a value for each name, as a command gets it.
+/// A point of a sweep: a value for each name, as text for a command.
 pub type Point = BTreeMap<String, String>;
 
-/// What a sweep solves.
+/// The points of a sweep.
 #[derive(Debug, Clone)]
 pub struct Sweep {
-    /// What changes.
+    /// The names that change.
     pub names: Vec<String>,
-    /// Of the random draw.
+    /// The seed of the random sample.
     pub seed: Option<u64>,
-    /// Each another.
+    /// The points, all distinct.
     pub points: Vec<Point>,
 }
 
@@ -51,11 +51,11 @@ struct Range {
     log: bool,
 }
 
-/// More points are a mistake.
+/// A sweep of more points is a mistake.
 const MOST: usize = 10_000;
-/// Digits of drawn values, so that they can be typed.
+/// The number of digits of sampled values, so that they can be typed.
 const DIGITS: usize = 4;
-/// The step in time of a form, which `[time]` calls `step`.
+/// The time step of a form, which `[time]` calls `step`.
 pub const DT: &str = "dt";
 /// The highest degree of the spaces of a form.
 const DEGREE: &str = "degree";
@@ -87,7 +87,7 @@ pub fn place(point: &Point) -> String {
     words
 }
 
-/// What a word on the command line or of a point is in TOML.
+/// The TOML value of a word on the command line or in a point.
 fn value(text: &str) -> toml::Value {
     let whole = text.parse::<i64>().map(Into::into);
     let real = || text.parse::<f64>().ok().filter(|x| x.is_finite());
@@ -100,7 +100,7 @@ fn value(text: &str) -> toml::Value {
 }
 
 impl Range {
-    /// The value at a share of it; whole between whole ends.
+    /// The value at a fraction of the range; an integer if both ends are integers.
     fn at(&self, [from, to]: [f64; 2], share: f64) -> toml::Value {
         let value = match self.log {
             true => from * (to / from).powf(share),
@@ -108,7 +108,7 @@ impl Range {
         };
         match self.from.is_integer() && self.to.is_integer() {
             true => (value.round() as i64).into(),
-            // Neither end is left by rounding.
+            // Rounding must not leave the range.
             false => rounded(value, DIGITS).clamp(from, to).into(),
         }
     }
@@ -183,7 +183,7 @@ impl Reader {
             None => product(&axes),
             Some(count @ 1..=MOST) => {
                 let mut points: Vec<Point> = Vec::new();
-                // Lists have few combinations, which come again and again.
+                // Lists have few combinations, which are drawn repeatedly.
                 for _ in 0..100 * count {
                     let of = |(name, draw): &(&String, Draw)| {
                         let share = random();
@@ -212,7 +212,7 @@ impl Reader {
         let points = points.ok_or_else(|| {
             refuse(
                 format!("it has more than {MOST} points"),
-                "add draw: so many of them are taken at random",
+                "add draw, the number of points to take at random",
             )
         })?;
         Ok(Sweep {
@@ -222,7 +222,7 @@ impl Reader {
         })
     }
 
-    /// A value of a sweep as a command gets it; it is part of names of folders.
+    /// A value of a sweep as text for a command; it is part of names of folders.
     fn parameter_of(&self, place: &str, value: &toml::Value) -> Result<String> {
         let text = self.value_of(place, value)?;
         let is_usual = |c: char| c.is_alphanumeric() || "-_.+".contains(c);
@@ -234,13 +234,13 @@ impl Reader {
     }
 }
 
-/// From what values are drawn.
+/// The set from which values are drawn.
 enum Draw<'a> {
     List(Vec<String>),
     Range(&'a Range, [f64; 2]),
 }
 
-/// All combinations; none if they are too many.
+/// All combinations; `None` if they are too many.
 fn product(axes: &[(&String, Draw)]) -> Option<Vec<Point>> {
     let mut points = vec![Point::new()];
     for (name, draw) in axes {
@@ -264,7 +264,7 @@ fn product(axes: &[(&String, Draw)]) -> Option<Vec<Point>> {
 }
 
 impl FaceOff {
-    /// May this be swept? Else why not, and what may.
+    /// An error, with the names that may be swept, if this one may not.
     fn may_sweep(&self, name: &str) -> Result<(), (String, String)> {
         let form = self.form.as_ref();
         let is_timed = form.is_some_and(|form| form.time.is_some());
@@ -325,7 +325,7 @@ impl FaceOff {
     /// The same with values of n, of parameters, or of the step in time or the degree of a form; they are no longer swept.
     ///
     /// # Errors
-    /// A name of nothing; values that the file could not have.
+    /// An unknown name; values that the file could not have.
     pub fn at(&self, point: &Point) -> Result<FaceOff> {
         let mut tables = self.tables.clone();
         for (name, text) in point {
@@ -356,14 +356,14 @@ impl FaceOff {
         let mut found = self.reader.read_tables(tables)?;
         let names: Vec<&str> = self.codes.iter().map(super::Code::name).collect();
         found.codes.retain(|code| names.contains(&code.name()));
-        // Labels, folders and what is kept go by these values too.
+        // Labels, folders and stored answers use these values too.
         let fixed = point.iter().filter(|(name, _)| *name != N);
         let fixed = fixed.map(|(name, value)| Axis::fixed(name, value));
         found.axes.extend(fixed);
         Ok(found)
     }
 
-    /// Gives the space of the highest degree this degree, and moves the others by as much.
+    /// Gives the space of the highest degree this degree, and shifts the degrees of the others by the same amount.
     fn raise(&self, tables: &mut toml::Table, degree: i64) -> Result<()> {
         let spaces = tables.get_mut("spaces").and_then(toml::Value::as_table_mut);
         let mut spaces: Vec<(&mut toml::Value, usize, i64)> = spaces
@@ -394,7 +394,7 @@ impl FaceOff {
     }
 }
 
-/// Takes what is fixed out of the sweep of a file.
+/// Removes fixed names from the sweep of a file.
 pub(super) fn forget<'a>(tables: &mut toml::Table, names: impl Iterator<Item = &'a String>) {
     let sweep = tables.get_mut("sweep").and_then(toml::Value::as_table_mut);
     let over = sweep.and_then(|of| of.get_mut("over")?.as_table_mut());

@@ -1,4 +1,4 @@
-//! The tables of a face-off file, and what they may say.
+//! The tables of a problem file and their checks.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -64,7 +64,7 @@ fn by_name(table: toml::Table) -> BTreeMap<String, toml::Value> {
 }
 
 impl File {
-    /// Is it of a weak form, which its own crate reads?
+    /// Does it contain a weak form, which crates/form reads?
     pub fn is_form(&self) -> bool {
         self.form.is_some() || self.eigen.is_some()
     }
@@ -136,7 +136,7 @@ pub(super) enum Several<T> {
 }
 
 impl AskedTable {
-    /// What the file of a form need not say: its codes share the mesh, the spaces and the rules. Formulas may name its parameters and data.
+    /// The defaults of a form file: its codes share the mesh, the spaces and the rules. Formulas may name its parameters and data.
     fn complete(&mut self, form: &Problem) {
         self.same.get_or_insert(Same::Discretisation);
         let texts = match &mut self.exact {
@@ -205,11 +205,11 @@ enum Given {
 pub(super) struct Reader {
     pub origin: String,
     pub home: PathBuf,
-    /// What a scene of elasticity is as a form; none of other files.
+    /// The form of a scene of elasticity; `None` for other files.
     pub scene: Option<Arc<Lowered>>,
-    /// Does the program carry the file and its mesh?
+    /// Are the file and its mesh built into the program?
     pub is_carried: bool,
-    /// The mesh, where it does not come from the file.
+    /// The mesh, if it does not come from the file.
     pub given: Option<Arc<Mesh>>,
 }
 
@@ -264,12 +264,12 @@ impl Reader {
         }
     }
 
-    /// Reads a file; what is wrong in a scene of elasticity is told at its place there.
+    /// Reads a file; an error in a scene of elasticity is reported at its position there.
     pub fn read(&self, text: &str) -> Result<FaceOff> {
         self.read_here(text).map_err(|e| self.told(e))
     }
 
-    /// An error in a text that was made of a scene, as one in the scene.
+    /// Moves an error in a text that was generated from a scene to the scene.
     pub fn told(&self, error: Error) -> Error {
         match &self.scene {
             Some(scene) => scene.text.told(error),
@@ -312,7 +312,7 @@ impl Reader {
             }
             codes.push(code);
         }
-        // What is known of a scene of elasticity is enough to judge one.
+        // The known data of a scene of elasticity suffice to judge one code.
         if codes.len() < 2 && (self.scene.is_none() || codes.is_empty()) {
             let what = format!("it has {} codes", codes.len());
             return Err(self.refuse("codes", what, "name two at least: [codes.NAME]"));
@@ -322,7 +322,7 @@ impl Reader {
             let mut others = codes[..k].iter().filter_map(Code::typed);
             if let Some(twin) = others.find(|other| other.command == script.command) {
                 let what = format!("{} and {} have one command", twin.name, script.name);
-                let remedy = "a code beside itself shows nothing: give each a command of its own";
+                let remedy = "comparing a code with itself shows nothing: give each a different command";
                 return Err(self.refuse("codes", what, remedy));
             }
         }
@@ -379,7 +379,7 @@ impl Reader {
         let spectra = by_name(file.spectra).into_iter();
         let spectra = spectra.map(|(name, table)| self.spectrum(name, table, &codes));
         let spectra = spectra.collect::<Result<Vec<_>>>()?;
-        // Where a code has a system, that of the form is compared with it.
+        // If a code has a system, it is compared with that of the form.
         let has_system = codes.iter().any(|code| code.files().system.is_some());
         for code in &mut codes {
             if let (Code::Own(own), true) = (code, has_system) {
@@ -422,7 +422,7 @@ impl Reader {
             };
             let what = format!("it does not say in which file its {key} are");
             let remedy = match code.command.is_empty() {
-                true => "an engine answers with its field u alone: leave it out, or the numbers"
+                true => "an engine only answers with its field u: leave it out, or the numbers"
                     .to_owned(),
                 false => format!("add {key} = \"…\" to it"),
             };
@@ -453,7 +453,7 @@ impl Reader {
         Ok(found)
     }
 
-    /// As if a file had these tables.
+    /// Adds these tables to those of a file.
     pub(super) fn read_tables(&self, tables: toml::Table) -> Result<FaceOff> {
         let text = toml::to_string(&tables).map_err(|e| {
             let what = format!("its tables cannot be written again: {e}");
@@ -462,7 +462,7 @@ impl Reader {
         self.read(&text)
     }
 
-    /// Something may be open of a field, as far as the form does not fix it.
+    /// A field may be declared open only as far as the form does not fix it.
     fn check_open(
         &self,
         place: &str,
@@ -575,7 +575,7 @@ impl Reader {
         })
     }
 
-    /// A code that speaks the protocol of engines: by its name, or the file that describes it, and what it is to solve.
+    /// A code that implements the protocol of engines: its name, or the file that describes it, and its problem.
     fn protocol(&self, place: &str, name: &str, engine: &str, table: &CodeTable) -> Result<Code> {
         let given = [
             ("command", !table.command.is_empty()),
@@ -647,7 +647,7 @@ impl Reader {
             .chain(others.into_iter().flatten());
         if let Some(bad) = given.into_iter().find(|x| !in_range(*x)) {
             return Err(refuse(
-                format!("{bad} is no tolerance or order"),
+                format!("{bad} is not a tolerance or order"),
                 "give a number from 0 on",
             ));
         }

@@ -1,8 +1,8 @@
-//! Which times of results a face-off judges.
+//! The times at which results of a problem file are judged.
 
 use serde::{Deserialize, Serialize};
 
-/// As a file has it: all, `"last"`, or a list.
+/// The value in a file: all, `"last"`, or a list.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
 #[serde(try_from = "toml::Value", into = "serde_json::Value")]
 pub enum Judged {

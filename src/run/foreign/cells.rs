@@ -1,4 +1,4 @@
-//! Values at the nodes of cells: the mesh, and the first of P1, CR and P2 that they are a function of.
+//! Values at the nodes of cells: the mesh, and the first of P1, CR and P2 that contains the function.
 
 use std::collections::HashMap;
 
@@ -12,11 +12,11 @@ use faceoff_mesh::mesh::{
     CellBlock, CellKind, Mesh, Shape, Triangulation, local_edges, quadratic_edges,
 };
 
-/// A function on the cells of a mesh, each with values of its own.
+/// A function on the cells of a mesh, with separate values in each cell.
 struct OnCells {
     /// 1 or 2
     degree: usize,
-    /// Vertices of each cell, `dim + 1`, as the mesh numbers them and in the order of the file.
+    /// Vertices of each cell, `dim + 1`, in the numbering of the mesh and in the order of the file.
     vertices: Vec<u32>,
     /// At the nodes of each cell: the vertices, and for degree 2 the midpoints of [`quadratic_edges`].
     values: Vec<f64>,
@@ -24,7 +24,7 @@ struct OnCells {
     cells: Vec<u32>,
 }
 
-/// Where the values of neighbours are farthest apart, and how far.
+/// The place and size of the largest jump between neighbours.
 #[derive(Default)]
 struct Jump {
     size: f64,
@@ -79,7 +79,7 @@ impl Reader<'_> {
         Ok(self.found(mesh, element, u, (on, field)))
     }
 
-    /// The degree of functions on the cells, by their nodes.
+    /// The degree of functions on the cells, from their nodes.
     fn degree(&self) -> Result<usize> {
         let mut degree = None;
         let kinds = self.held.kinds.iter();
@@ -104,7 +104,7 @@ impl Reader<'_> {
         Ok(degree.unwrap_or(1))
     }
 
-    /// Quadratic cells whose edges are no straight lines, halved by their nodes, are no cells of P2 here.
+    /// Quadratic cells whose edges are not straight, or not halved by their nodes, are not accepted for P2.
     fn refuse_curved(&self, nodes: &[u32], per_cell: usize) -> Result<()> {
         let at = |point: u32| self.held.points[point as usize];
         let near = near(&self.held.points);
@@ -124,8 +124,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The vertices of the cells, and the number of each point among them. Where every cell has points of its own, as in
-    /// discontinuous output, those at one place are one vertex.
+    /// The vertices of the cells, and the number of each point among them. If every cell has separate points, as in
+    /// discontinuous output, those at one position are one vertex.
     fn vertices(&self, nodes: &[u32], per_cell: usize) -> Result<(Vec<[f64; 3]>, Vec<u32>)> {
         let points = &self.held.points;
         let mut seen = vec![false; points.len()];
@@ -133,7 +133,7 @@ impl Reader<'_> {
         let is_broken = nodes.len() > per_cell && nodes.iter().all(is_once);
         cancel::check()?;
         let first = match is_broken {
-            // Each cell may have rounded its points in its own way.
+            // Each cell may have rounded its points differently.
             true => first_at_place(points)?,
             false => (0..points.len() as u32).collect(),
         };
@@ -160,7 +160,7 @@ impl Reader<'_> {
             let cells = cell..cell + count;
             cell += count;
             let shape = kind.shape();
-            // Without groups the rest says nothing; with them their numbers count it.
+            // Without groups the other cells contain no information; with groups the numbers of these count them.
             if usize::from(shape.dim()) != dim && !has_groups {
                 continue;
             }
@@ -187,7 +187,7 @@ impl Reader<'_> {
         Triangulation::new(&held.source, &mesh)
     }
 
-    /// The number that another mesh has for each cell, and, put in their place, for the cells' vertices.
+    /// The number that another mesh has for each cell; the cells' vertices are renumbered to those of that mesh.
     fn cells_among(
         &self,
         mesh: &Triangulation,
@@ -222,14 +222,14 @@ impl Reader<'_> {
         let found = vertices.chunks_exact(corners).map(|cell| {
             cancel::check()?;
             known.get(&key(cell)).copied().ok_or_else(|| {
-                let what = format!("its cell {cell:?} is no cell of mesh {}", mesh.name);
+                let what = format!("its cell {cell:?} is not a cell of mesh {}", mesh.name);
                 self.refuse(what, other)
             })
         });
         found.collect()
     }
 
-    /// The first space that a function on cells is of.
+    /// The first space that contains a function on cells.
     fn function(
         &self,
         mesh: &Triangulation,
@@ -277,7 +277,7 @@ impl Reader<'_> {
 }
 
 impl OnCells {
-    /// The function at the dofs of a space, and by how much its values there differ from cell to cell.
+    /// The function at the dofs of a space, and the largest difference of its values there between cells.
     fn at_dofs(&self, space: &Space) -> Result<(Vec<f64>, Jump)> {
         let dim = space.mesh.dim;
         let given: &dyn Element = match self.degree {
@@ -308,7 +308,7 @@ impl OnCells {
     }
 }
 
-/// A cell's values in the order of the mesh, which may number its vertices in another way than the file.
+/// A cell's values in the order of the mesh, whose vertex order may differ from that of the file.
 fn in_order(dim: usize, vertices: &[u32], values: &[f64], of_mesh: &[u32]) -> [f64; 10] {
     let mut local = [0.0; 10];
     let mut place = [0; 4];

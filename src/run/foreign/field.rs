@@ -1,10 +1,10 @@
-//! Which field of a file is u.
+//! Determines which field of a file is u.
 
 use super::Reader;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::ResultField;
 
-/// Fields that something carries, and what that is called.
+/// Fields on one kind of entity, and the name of that kind.
 pub(super) type Carried<'a> = (&'static str, &'a [ResultField]);
 impl<'a> Reader<'a> {
     /// Every field of the file, as messages list them.
@@ -27,7 +27,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The field that is named, else the only one that can be meant, else the one of a usual name; and what carries it.
+    /// The field that is named, else the only candidate, else the one with a usual name; and the entities that carry it.
     pub(super) fn field(
         &self,
         all: &[Carried<'a>],
@@ -57,7 +57,7 @@ impl<'a> Reader<'a> {
                 [one] => one,
                 [] => {
                     let what = match self.held.has(name) {
-                        true => format!("`{name}` is no field at {}", all[0].0),
+                        true => format!("`{name}` is not a field at {}", all[0].0),
                         false => format!("it has no field `{name}`"),
                     };
                     let remedy = format!("name {}; it has {}", wanted(), self.listed());
@@ -65,11 +65,11 @@ impl<'a> Reader<'a> {
                 }
                 _ => {
                     let what = format!("it has {} fields `{name}`", found.len());
-                    return Err(self.refuse(what, "write one of them, of one time, alone"));
+                    return Err(self.refuse(what, "write only one of them, at one time"));
                 }
             }
         } else {
-            // Whole numbers are labels.
+            // Integers are labels.
             let fits = |(_, f): &(&str, &ResultField)| f.components == 1 && f.rest.is_none();
             let fitting: Vec<_> = carried().filter(fits).collect();
             let usual = usual.iter().find_map(|usual| {

@@ -1,17 +1,17 @@
-//! The parts of the boundary of a mesh that does not name them.
+//! Finds the parts of the boundary of a mesh that does not name them.
 
 use super::near;
 use faceoff_fem::scene::{Part, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Triangulation, carriers};
 
-/// How far the sizes of two meshes of one domain may be apart.
+/// The relative tolerance for the sizes of two meshes of one domain.
 const SAME_SIZE: f64 = 1e-6;
 
-/// Gives a mesh the groups that the scene names: its own, or those of the scene's mesh at the same place; says which.
+/// Gives a mesh the groups that the scene names: those of the mesh, or those of the scene's mesh at the same position; returns which.
 ///
 /// # Errors
-/// A mesh without the groups whose domain, or whose parts of the boundary, are not those of the scene's mesh.
+/// A mesh without the groups whose domain, or whose boundary parts, are not those of the scene's mesh.
 pub(super) fn divide(scene: &Scene, mesh: &mut Triangulation) -> Result<&'static str> {
     if scene.parts(mesh).is_ok() {
         return Ok("its groups");
@@ -66,7 +66,7 @@ pub(super) fn divide(scene: &Scene, mesh: &mut Triangulation) -> Result<&'static
     Ok("the scene's mesh at the same places")
 }
 
-/// The faces of the boundary, each with the face of another mesh's boundary that its midpoint lies on.
+/// The faces of the boundary, each with the face of another mesh's boundary that contains its midpoint.
 fn faces_on(mesh: &Triangulation, other: &Triangulation) -> Result<Vec<(usize, usize)>> {
     let carrying: Vec<usize> = boundary(other).collect();
     let corners = |face: &usize| {

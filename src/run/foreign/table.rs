@@ -1,4 +1,4 @@
-//! Values without cells of the domain: on faces, by numbers of vertices, by places.
+//! Reads values without cells of the domain: on faces, by vertex numbers, or by positions.
 
 use super::{Foreign, Reader};
 use faceoff_fem::element::{CR, Element, P1, P2, Space};
@@ -14,7 +14,7 @@ impl Reader<'_> {
         let (on, field) = self.field(&[("faces", &held.on_cells)], &["u", "mean"])?;
         self.only(&CR, "values on faces are those of CR")?;
         let other = "give the mesh of the result by --mesh, or --n";
-        // Numbers alone are the mesh's; places make them so.
+        // Numbers without coordinates are those of the mesh; coordinates determine them.
         let number: Option<Vec<Option<u32>>> = match held.points.is_empty() {
             true => None,
             false => Some(partners(&held.points, &mesh.points)?),
@@ -34,7 +34,7 @@ impl Reader<'_> {
             let face = face.ok_or_else(|| {
                 let points: Vec<u32> = held.cell(cell).collect();
                 self.refuse(
-                    format!("{points:?} is no face of mesh {}", mesh.name),
+                    format!("{points:?} is not a face of mesh {}", mesh.name),
                     other,
                 )
             })?;
@@ -57,7 +57,7 @@ impl Reader<'_> {
         Ok(self.found(mesh, &CR, u, (on, field)))
     }
 
-    /// Values by the numbers of vertices, or by places: the nodes of an element.
+    /// Values by vertex numbers, or by positions: the nodes of an element.
     pub(super) fn table(&self, mesh: Triangulation) -> Result<Foreign> {
         let held = self.held;
         let (_, field) = self.field(&[("points", &held.on_points)], &["u"])?;

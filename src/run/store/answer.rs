@@ -1,4 +1,4 @@
-//! An answer as files keep it, and what it is an answer to.
+//! An answer in the form in which files store it, and the case that it belongs to.
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 use crate::engine::{Answer, Case, binary, digest, to_dofs};
 use faceoff_fem::scene::Part;
 
-/// An answer in a journal or a record. What it does not hold is computed again from the dofs.
+/// An answer in a journal or a record. Other quantities are computed again from the dofs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Kept {
-    /// As the engine reported it.
+    /// The version that the engine reported.
     pub version: String,
     converged: bool,
     step: usize,
@@ -20,7 +20,7 @@ pub struct Kept {
     seconds: Vec<(String, f64)>,
     /// Values of the local dofs of all cells, little-endian binary64 in base64.
     dofs: String,
-    /// Of those bytes.
+    /// The digest of those bytes.
     digest: String,
 }
 
@@ -48,7 +48,7 @@ impl Kept {
         }
     }
 
-    /// The same wherever and whenever it is recorded.
+    /// The description of the case, which does not depend on the machine or the time.
     pub fn without_times(mut self) -> Self {
         self.seconds.clear();
         self
@@ -57,7 +57,7 @@ impl Kept {
     /// The answer, with its residual computed here.
     ///
     /// # Errors
-    /// Dofs that are not those that were kept, or not those of this case, in words.
+    /// A message on dofs that have changed since they were stored, or that do not fit this case.
     pub fn answer(&self, case: &Case) -> Result<Answer, String> {
         let bytes = BASE64_STANDARD
             .decode(&self.dofs)
@@ -85,7 +85,7 @@ impl Kept {
     }
 }
 
-/// Everything that the scheme of a case is made of.
+/// Everything that defines the scheme of a case.
 pub fn identity(case: &Case) -> Value {
     let problem = &case.problem;
     let (scene, data) = (problem.scene, problem.scene.data());

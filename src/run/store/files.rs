@@ -1,4 +1,4 @@
-//! Answers that are files: those that a code of a face-off wrote, each run in a folder of its own beside the journal, or the record.
+//! Answers that are files: those that a code of a problem file wrote, with one folder per run next to the journal or the record.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +14,7 @@ use crate::run::face_off::{Code, Level};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::{self, Temporary};
 
-/// Runs that are kept as they come, each with the files that its code wrote.
+/// Runs that are stored as they come, each with the files that its code wrote.
 pub struct Store {
     folder: PathBuf,
     journal: Journal,
@@ -24,7 +24,7 @@ pub struct Store {
 /// One run.
 #[derive(Debug, Serialize, Deserialize)]
 struct Kept {
-    /// 0 in a record, which is the same whenever it is made.
+    /// The time; 0 in a record, which does not depend on it.
     seconds: f64,
     /// Digests of its files, by their paths in the run's folder.
     digests: BTreeMap<String, String>,
@@ -36,10 +36,10 @@ fn place(code: &str, level: &Level) -> String {
 }
 
 impl Store {
-    /// In a folder, which is made where it is not there; without one in a folder that ends with this run.
+    /// Stores in a folder, which is created if needed; `None`: in a temporary folder.
     ///
     /// # Errors
-    /// A folder with something else, one of another face-off, or one that another run uses.
+    /// A folder with other contents, one of another problem file, or one that another run uses.
     pub fn open(folder: Option<&Path>, name: &str) -> Result<Self> {
         let temporary = folder.is_none().then(Temporary::new).transpose()?;
         let own = temporary.as_ref().map(Temporary::path);
@@ -56,11 +56,11 @@ impl Store {
         })
     }
 
-    /// What a code answers to a problem: what was kept, if its files are what they were, or what `run` leaves in a folder, which
-    /// is kept.
+    /// The answer of a code to a problem: the stored one, if its files are unchanged, or that which `run` writes to a folder, which
+    /// is stored.
     ///
     /// # Errors
-    /// Something else was asked when this was begun; a journal that cannot be written. Within: why the code does not answer.
+    /// The stored run had a different setup; a journal that cannot be written. Inner error: why the code does not answer.
     pub fn once(
         &self,
         code: &Code,
@@ -80,7 +80,7 @@ impl Store {
             problem,
             usable,
             || {
-                // Of a run that was cut short.
+                // From a run that was interrupted.
                 if place.is_dir() {
                     fs::remove_dir_all(&place).map_err(Error::io(&place, "remove"))?;
                 }
@@ -91,7 +91,7 @@ impl Store {
         )
     }
 
-    /// The runs of these codes and levels, with what each was asked, as a record whose files are copied into `folder`.
+    /// The runs of these codes and levels, with their inputs, as a record whose files are copied into `folder`.
     ///
     /// # Errors
     /// Files that cannot be written.
@@ -115,10 +115,10 @@ impl Store {
 }
 
 impl Record {
-    /// What a code left when it was recorded.
+    /// The recorded results of a code.
     ///
     /// # Errors
-    /// A level that was not, another problem than was recorded, files that have changed since.
+    /// A level that was not recorded, a different problem, files that have changed since.
     pub fn left(&self, code: &Code, level: &Level, problem: &Value) -> Result<Left> {
         let (place, at) = (place(code.name(), level), level.words());
         let refuse = |what: String| self.refuse(&format!("{} (recorded)", code.name()), what);
@@ -130,7 +130,7 @@ impl Record {
             })
         })?;
         let kept: Kept = serde_json::from_value(found.clone())
-            .map_err(|e| refuse(format!("it is no record of a face-off: {e}")))?;
+            .map_err(|e| refuse(format!("it is not a record of a face-off: {e}")))?;
         let inside = file::beneath(&self.folder, &place)
             .ok_or_else(|| refuse(format!("{place} lies outside of its folder")))?;
         if digests(&inside)? != kept.digests {
@@ -140,7 +140,7 @@ impl Record {
     }
 }
 
-/// Of all regular files of a folder and of those in it, by their paths in it.
+/// The digests of all regular files in a folder and its subfolders, by their relative paths.
 fn digests(folder: &Path) -> Result<BTreeMap<String, String>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![(folder.to_owned(), String::new())];

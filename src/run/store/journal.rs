@@ -1,4 +1,4 @@
-//! What was done so far, in a file as it is done, one entry a line, so that a run that was ended goes on where it was.
+//! A journal of finished work, one entry per line, written as it is done, so that an interrupted run can be resumed.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs::{self, File, OpenOptions};
@@ -15,27 +15,27 @@ use crate::engine::lock;
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::file;
 
-/// Every version of the file begins so.
+/// The start of the file, in every version.
 const JOURNAL: &str = "faceoff/journal/";
-/// This one.
+/// The current version.
 const SCHEMA: &str = "faceoff/journal/2";
 
-/// A file that one run at a time appends to.
+/// A file that only one run at a time appends to.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     /// Locked until it is dropped.
     file: Mutex<File>,
-    /// By who answered to what.
+    /// By engine and case.
     known: HashMap<[String; 2], Entry>,
-    /// What a program was when it was asked last, by the name of who answers.
+    /// The state of a program when it was last queried, by the name of its engine.
     programs: Mutex<HashMap<String, Value>>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct Header {
     schema: String,
-    /// All that every entry depends on.
+    /// Everything that all entries depend on.
     of: Value,
 }
 
@@ -43,14 +43,14 @@ impl Journal {
     /// Opens or begins a journal: the file itself, or `journal.jsonl` in a folder. A last line that was cut off is dropped.
     ///
     /// # Errors
-    /// A file that is no journal, was begun with something else than `of`, or is in use by another run; nothing of it is
-    /// touched then.
+    /// A file that is not a journal, was begun with something other than `of`, or is in use by another run; the file is
+    /// unchanged then.
     pub fn open(path: &Path, of: &Value) -> Result<Self> {
         let is_file = path.is_file() || path.extension().is_some_and(|e| e == "jsonl");
         let path = if is_file {
             path.to_owned()
         } else {
-            // A folder for it, but none around it: a path that is mistyped is no wish.
+            // The folder is created, but not its parents: a missing parent is probably a typing error.
             if !path.is_dir() {
                 fs::create_dir(path).map_err(Error::io(path, "make"))?;
             }
@@ -72,7 +72,7 @@ impl Journal {
         };
         let no_journal = || {
             let remedy = "name another file; nothing was touched";
-            fault(0, "it is no journal of a run".into(), remedy)
+            fault(0, "it is not a journal of a run".into(), remedy)
         };
         let truncate = |length: usize| {
             let done = file.set_len(length as u64);
@@ -80,7 +80,7 @@ impl Journal {
         };
         let mut lines = text[..whole].lines().enumerate();
         match lines.next() {
-            // Something is there, and not one line of it.
+            // The file is not empty, but has no complete line.
             None if !text.is_empty() && !text.starts_with('{') => return Err(no_journal()),
             None => {
                 truncate(0)?;
@@ -111,7 +111,7 @@ impl Journal {
         let mut known = HashMap::new();
         for (line, text) in lines {
             let entry: Entry = serde_json::from_str(text)
-                .map_err(|e| fault(line, format!("it is no entry: {e}"), "remove the line"))?;
+                .map_err(|e| fault(line, format!("it is not an entry: {e}"), "remove the line"))?;
             known.insert([entry.by.clone(), entry.at.clone()], entry);
         }
         Ok(Journal {
@@ -122,11 +122,11 @@ impl Journal {
         })
     }
 
-    /// What was answered to a problem: what was kept, if it is `usable`, or what is `found` now, which is kept. What the answer depends on
-    /// besides, `program` tells; it may take a second, and is asked anew only behind a run, in which a program may write beside itself.
+    /// The answer to a problem: the stored one, if it is `usable`, or the new one that is `found`, which is stored. `program` returns the further inputs of the
+    /// answer; that may take a second, and is repeated only after a run, in which a program may write files to its folder.
     ///
     /// # Errors
-    /// Something else was asked then; a file that cannot be written. Within: what keeps it from being asked or found.
+    /// The stored inputs differ; a file that cannot be written. Inner error: why the answer cannot be requested or found.
     pub fn once<K: Serialize + DeserializeOwned, T>(
         &self,
         of: [&str; 2],
@@ -160,7 +160,7 @@ impl Journal {
         }
     }
 
-    /// What was found, if what was asked then is what is asked now.
+    /// The stored answer, if its inputs equal the current ones.
     fn find<T: DeserializeOwned>(&self, of: [&str; 2], asked: &Value) -> Result<Option<T>> {
         let Some(entry) = self.known.get(&of.map(str::to_owned)) else {
             return Ok(None);
@@ -171,11 +171,11 @@ impl Journal {
             let what = format!("was begun with something else: of {}, {what}", name(of));
             return Err(refuse(&self.path, what));
         }
-        // What cannot be read is found again.
+        // An unreadable answer is computed again.
         Ok(serde_json::from_value(entry.found.clone()).ok())
     }
 
-    /// Keeps what was found, with what was asked as it stood before and after.
+    /// Stores an answer with its inputs before and after the run.
     fn keep(&self, [by, at]: [&str; 2], asked: [&Value; 2], found: &impl Serialize) -> Result<()> {
         let mut wrote = BTreeSet::new();
         changed(asked[0], asked[1], &mut wrote);
@@ -190,10 +190,10 @@ impl Journal {
     }
 }
 
-/// The object under this key holds the digests of data beside a program, by their names.
+/// The object under this key contains the digests of data in the folder of a program, by their names.
 const BESIDE: &str = "beside";
 
-/// Data whose digests differ, or that one has and the other has not.
+/// Data whose digests differ, or that only one of them has.
 fn changed(before: &Value, after: &Value, names: &mut BTreeSet<String>) {
     let (Value::Object(before), Value::Object(after)) = (before, after) else {
         return;
@@ -262,15 +262,15 @@ mod tests {
         drop(journal);
         let text = fs::read_to_string(&path).unwrap();
         assert_eq!(text.lines().count(), 3);
-        // Killed while it wrote.
+        // The process was killed while it wrote.
         fs::write(&path, format!("{text}{{\"key\":\"c\",\"as")).unwrap();
         let again = Journal::open(&path, &of).unwrap();
         assert_eq!(again.find(["a", ""], &asked).unwrap(), Some(2.5));
-        // JSON has no NaN: what would not be read again is measured again.
+        // JSON has no NaN: an entry that cannot be read back is computed again.
         assert_eq!(again.find::<f64>(["b", ""], &asked).unwrap(), None);
         assert_eq!(again.find::<f64>(["c", ""], &asked).unwrap(), None);
         again.keep(["c", ""], [&asked; 2], &0.0).unwrap();
-        // Of what could not be used and was found again, the later holds.
+        // If an entry was unusable and computed again, the later one counts.
         again.keep(["a", ""], [&asked; 2], &3.5).unwrap();
         drop(again);
         let again = Journal::open(&path, &of).unwrap();
@@ -282,7 +282,7 @@ mod tests {
             "{other}"
         );
         drop(again);
-        // Killed while it began.
+        // The process was killed while it began the file.
         fs::write(&path, "{\"schema\":\"faceoff/jou").unwrap();
         let again = Journal::open(&path, &of).unwrap();
         again.keep(["a", ""], [&asked; 2], &2.5).unwrap();
@@ -304,7 +304,7 @@ mod tests {
         journal
             .keep(["b", ""], [&asked("2", "x"); 2], &3.5)
             .unwrap();
-        // A script that was changed meanwhile is not taken for what the program wrote.
+        // A script that was changed in the meantime is not mistaken for output of the program.
         let script = |text: &str| json!({ "code": { "files": { "log": text } } });
         journal
             .keep(["c", ""], [&script("1"), &script("2")], &4.5)
@@ -340,7 +340,7 @@ mod tests {
             assert!(refused.contains(sentence), "{refused}");
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
-        // A folder gets a file, and is made, but none around it.
+        // The file is created in an existing folder, or in a new folder of an existing one.
         assert!(Journal::open(&folder.path().join("no/such"), &of).is_err());
         assert!(!folder.path().join("no").exists());
         drop(Journal::open(&folder.path().join("new"), &of).unwrap());

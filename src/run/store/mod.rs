@@ -1,8 +1,8 @@
-//! What was answered, kept: in a journal, from which an interrupted run goes on, or in a record, which stands in for codes that are not here.
+//! Stored answers: in a journal, from which an interrupted run is resumed, or in a record, which replaces codes that are not installed.
 //!
-//! Both hold entries, and of every entry one question is asked: is what would be asked now what was asked then? What is asked is all that
-//! the answer depends on: the problem, and of a program that is here also the program with the files that it reads. Files that belong to an
-//! entry must have the digests that they had.
+//! Both consist of entries. An entry is valid if the current inputs equal those at the time of the answer. The inputs are everything that
+//! the answer depends on: the problem, and, if the program is installed, the program with the files that it reads. The files of an
+//! entry must have the recorded digests.
 
 mod answer;
 mod files;
@@ -23,15 +23,15 @@ pub use record::{BASELINE, Record};
 /// One answer.
 #[derive(Debug, Serialize, Deserialize)]
 struct Entry {
-    /// Who gave it; may be empty.
+    /// The name of the engine; may be empty.
     by: String,
-    /// To what, in words: `one-zone, cr, n = 4`; empty where there is one question alone.
+    /// A description of the case: `one-zone, cr, n = 4`; empty if there is only one.
     at: String,
-    /// All that it depends on.
+    /// All inputs.
     asked: Value,
     found: Value,
-    /// Data that were changed while it was found: what a program writes beside itself is no part of what it depends on. Its scripts, and
-    /// what its command names, always are.
+    /// Data that changed during the run: files that a program writes to its folder are not among its inputs. Its scripts, and
+    /// the files that its command names, always are.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     wrote: BTreeSet<String>,
 }
@@ -47,7 +47,7 @@ fn first_difference(at: &str, kept: &Value, asked: &Value) -> Option<String> {
     (kept != asked).then(|| format!("{at} was {kept} and is {asked}"))
 }
 
-/// Whose entry it is, and of what: `rust: one-zone, cr, n = 4`.
+/// The engine and the case: `rust: one-zone, cr, n = 4`.
 fn name([by, at]: [&str; 2]) -> String {
     match (by, at) {
         (one, "") | ("", one) => one.to_owned(),

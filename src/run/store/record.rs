@@ -1,4 +1,4 @@
-//! A record: what codes answered when they agreed, in one file that says how to record it again. Files of an answer lie in a folder beside it.
+//! A record: the answers of codes when they agreed, in one file with the command to record it again. Files of an answer are in a folder next to it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,13 @@ use crate::engine::unique;
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::file;
 
-/// The file of a record's folder.
+/// The name of the file in a record's folder.
 pub const BASELINE: &str = "baseline.json";
 
-/// Its version.
+/// The current version.
 const SCHEMA: &str = "faceoff/baseline/3";
 
-/// What codes answered.
+/// Recorded answers.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Record {
     schema: String,
@@ -25,31 +25,31 @@ pub struct Record {
     faceoff: String,
     /// The command that records it again.
     recipe: String,
-    /// What all answers depend on.
+    /// Inputs of all answers.
     pub(super) of: Value,
     pub(super) entries: Vec<Entry>,
     #[serde(skip)]
     pub(super) folder: PathBuf,
 }
 
-/// Why there is no answer.
+/// The reason for a missing answer.
 pub(super) enum Lack {
-    /// Nobody was asked that.
+    /// There is no entry for this engine and case.
     Question,
-    /// Somebody else was.
+    /// There are only entries of other engines.
     Answer,
-    /// It was another problem: what differs, in words.
+    /// The problem was different: a message on the difference.
     Other(String),
 }
 
-/// Only what the schema says of itself.
+/// Only reads the version of the schema.
 #[derive(Deserialize)]
 struct Versioned {
     schema: String,
 }
 
 impl Record {
-    /// One without answers; `recipe` is the command that makes it again.
+    /// A record without answers; `recipe` is the command that makes it again.
     pub fn new(recipe: &str, of: Value) -> Self {
         Record {
             schema: SCHEMA.into(),
@@ -72,7 +72,7 @@ impl Record {
         });
     }
 
-    /// Writes it into `folder`, which exists.
+    /// Writes it into `folder`, which must exist.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -86,7 +86,7 @@ impl Record {
     /// Reads the record of a folder.
     ///
     /// # Errors
-    /// No record there, or one that is not as it must be.
+    /// A missing or invalid record.
     pub fn read(folder: &Path) -> Result<Self> {
         let path = folder.join(BASELINE);
         let refuse = |what: String| {
@@ -99,7 +99,7 @@ impl Record {
             Error::file(&path, Place::Whole, what, remedy)
         })?;
         let text = file::text(&inside)?;
-        let no_baseline = |e: serde_json::Error| refuse(format!("it is no baseline: {e}"));
+        let no_baseline = |e: serde_json::Error| refuse(format!("it is not a baseline: {e}"));
         let Versioned { schema } = serde_json::from_str(&text).map_err(no_baseline)?;
         if schema != SCHEMA {
             return Err(refuse(format!("it is `{schema}`, not `{SCHEMA}`")));
@@ -112,12 +112,12 @@ impl Record {
         Ok(record)
     }
 
-    /// Whose answers it holds.
+    /// The engines whose answers it contains.
     pub fn players(&self) -> Vec<&str> {
         unique(self.entries.iter().map(|entry| &*entry.by))
     }
 
-    /// What was answered to what would be asked now.
+    /// The recorded answer for the current inputs.
     pub(super) fn find(&self, [by, at]: [&str; 2], asked: &Value) -> Result<&Value, Lack> {
         let mut question = self.entries.iter().filter(|entry| entry.at == at);
         let own = question.clone().find(|entry| entry.by == by);
@@ -128,7 +128,7 @@ impl Record {
         }
     }
 
-    /// An answer that cannot be used.
+    /// The error for an answer that cannot be used.
     pub(super) fn refuse(&self, by: &str, what: String) -> Error {
         let remedy = format!("run what was recorded, or record it again: {}", self.recipe);
         Error::engine(by, what, remedy)

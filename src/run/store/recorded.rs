@@ -1,4 +1,4 @@
-//! Engines of a record, each of which stands in for one that is not installed.
+//! Engines of a record, each of which replaces one that is not installed.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ impl Record {
         Record::new(recipe, of_settings(settings))
     }
 
-    /// Adds the answer of an engine to a case, the same wherever and whenever it is recorded.
+    /// Adds the answer of an engine to a case; the entry does not depend on the machine or the time.
     pub fn add_answer(&mut self, [engine, version]: [&str; 2], case: &Case, answer: &Answer) {
         let kept = Kept::new(version, case, answer).without_times();
         self.add([engine, &case_label(case)], identity(case), &kept);

@@ -107,7 +107,7 @@ fn cells(assembler: &Assembler, result: &Mesh) -> Result<Vec<Cell>> {
         let own = corners.and_then(|corners| own.get(&sorted(corners)).copied());
         let Some(own) = own.filter(|cell| !std::mem::replace(&mut is_found[*cell], true)) else {
             return Err(other(format!(
-                "cell {number} of the result is no cell of the form's mesh"
+                "cell {number} of the result is not a cell of the form's mesh"
             )));
         };
         let nodes = nodes.iter().copied().zip(points).collect();
@@ -284,7 +284,7 @@ fn check(
                     if !((value - wanted).abs() <= same * largest) {
                         return Err(refuse(
                             format!(
-                                "`{}` of the result is no function of {}: it is {wanted} where a function of that space with its nodes is {value}",
+                                "`{}` of the result is not a function of {}: it is {wanted} where a function of that space with its nodes is {value}",
                                 unknown.name,
                                 unknown.space.name()
                             ),
