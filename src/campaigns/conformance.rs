@@ -1,4 +1,4 @@
-//! Does a code do what the protocol asks? Small cases, each about one thing, whose answers are known.
+//! Checks whether a code implements the protocol: small cases with known answers, each of which tests one thing.
 
 use std::path::Path;
 
@@ -14,32 +14,32 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file::Temporary;
 
-/// What one case of a check came to.
+/// The result of one case of a check.
 #[derive(Debug, Serialize)]
 pub struct Finding {
-    /// What the check is about.
+    /// The subject of the check.
     pub about: String,
-    /// None where it is about no method.
+    /// `None` if it does not concern a method.
     pub method: Option<String>,
-    /// Undetermined: there was no answer.
+    /// Undetermined, if there was no answer.
     pub verdict: Verdict,
-    /// The largest difference to the known answer at any dof, relative to its largest value.
+    /// The largest difference from the known answer at any dof, relative to its largest value.
     pub difference: Option<f64>,
-    /// What is wrong, as far as it is known.
+    /// The fault, as far as it is known.
     pub why: Option<Text>,
 }
 
-/// A scene and what it shows about a code.
+/// A scene and the property of a code that it tests.
 struct Check {
     about: &'static str,
-    /// The scene that this one is a change of; [`Change`] says of what.
+    /// The scene that this one modifies, as [`Change`] describes.
     scene: &'static str,
     n: usize,
     change: Change,
     methods: &'static [&'static str],
 }
 
-/// What of a built-in scene is another.
+/// The modification of a built-in scene.
 enum Change {
     None,
     /// f, g, t, ψ; the sides of Γ_N, while Γ_C stays and all others are Γ_D; and u, if it is in the space.
@@ -55,12 +55,12 @@ enum Change {
 const SIDES_2D: &[&str] = &["top", "left", "right"];
 const SIDES_3D: &[&str] = &["top", "left", "right", "front", "back"];
 
-/// Every function and operator of expressions; the value is of the size of 1 on the unit square.
+/// Every function and operator of expressions; the value is of order 1 on the unit square.
 const FORMULA: &str = "sin(x)+cos(y)+tan(0.5*x)+asin(0.5*x)+acos(0.5*y)+atan(x)+atan2(y+0.1,x-0.3)+sinh(x)\
     +cosh(y)+tanh(x)+exp(-x)+log(1+x)+sqrt(x+y)+abs(x-0.3)+min(x,y)+max(x,0.25)+pow(1+x,1.5)+(x-0.5)^2-1/3\
     +if(x < 0.31, 2, -1)+if(y >= 0.27, x, pi)+2e-3";
 
-/// From what stands alone to what needs everything before it.
+/// From independent checks to those that need all earlier ones.
 const CHECKS: [Check; 13] = [
     Check {
         about: "g on Γ_D, Γ_C pressed, and which dof is where",
@@ -327,7 +327,7 @@ fn parse_method(name: &str) -> Result<Method> {
         .map_err(|e: String| Error::usage(e, "report this"))
 }
 
-/// What is known of a case: u itself if it is in the space, else what the Rust solver finds.
+/// The known answer to a case: u if it is in the space, else the solution of the Rust solver.
 fn known(case: &Case, u: Option<&str>) -> Result<Vec<f64>> {
     if let Some(u) = u {
         let u = parse(u)?;
@@ -339,12 +339,12 @@ fn known(case: &Case, u: Option<&str>) -> Result<Vec<f64>> {
     Ok(solution.u)
 }
 
-/// Does an answer solve a case, as far as it says and as is known?
+/// Does an answer solve a case, by its own statement and by comparison?
 fn is_right(case: &Case, answer: &Answer, known: &[f64]) -> bool {
     answer.converged && difference(&answer.u, known) <= tolerance(&case.problem.method())
 }
 
-/// One case in a job of its own.
+/// One case in a separate job.
 fn alone(
     engine: &dyn Engine,
     check: &Check,
@@ -361,7 +361,7 @@ fn alone(
     let answer = match run(engine, &[case], &setup.settings, kept.path())? {
         Ok(answers) => answers.into_iter().next(),
         Err(message) => {
-            // What it wrote may show more than that it does not count.
+            // The files that it wrote may show more than that the answer is invalid.
             let raw = raw_values(&kept.path().join(engine.name()), 0, &case.problem);
             let cause = raw.map(|raw| in_order(&raw));
             return Ok(
@@ -403,14 +403,14 @@ fn alone(
     Ok(check.finding(setup, Verdict::Disagree, Some(difference), why))
 }
 
-/// What explains an answer, in words.
+/// The explanation of an answer, as text.
 fn single_change(setup: &Setup, u: &[f64]) -> Result<Option<Text>> {
     let runner = Runner::new(&setup.settings, &Silent);
     let found = examine(&runner, setup, u, Written::of(u))?;
     Ok(found.culprit().map(|culprit| culprit.what.clone()))
 }
 
-/// Answers; or why there are none.
+/// The answers, or why there are none.
 fn run(
     engine: &dyn Engine,
     cases: &[&Case],
@@ -438,14 +438,14 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
         / largest
 }
 
-/// u cell by cell, as an engine writes it.
+/// u cell by cell, in the form that engines write.
 fn of_cells(case: &Case, u: &[f64]) -> Vec<f64> {
     let space = &case.problem.space;
     let dofs = (0..space.mesh.cell_count()).flat_map(|cell| space.cell_dofs(cell));
     dofs.map(|dof| u[*dof as usize]).collect()
 }
 
-/// All cases that are right alone in one job: the first one, or one without those that are not right.
+/// All cases that are right by themselves in one job: either the first job, or one without the wrong cases.
 fn several(
     engine: &dyn Engine,
     settings: &Settings,

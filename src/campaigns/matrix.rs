@@ -1,4 +1,4 @@
-//! Releases of codes × scenes × methods: each release held against the built-in solver, by what `verify` does.
+//! Releases of codes × scenes × methods: compares each release with the built-in solver, by means of `verify`.
 
 use std::path::PathBuf;
 
@@ -12,21 +12,21 @@ use faceoff_fem::scene::Scene;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result, distinct};
 
-/// What is to be held against what.
+/// The releases and the cases to run.
 pub struct MatrixRequest {
     /// Lines of the matrix, each with every method.
     pub scenes: Vec<Scene>,
-    /// What each scene is solved by.
+    /// The methods for each scene.
     pub methods: Vec<Method>,
-    /// Refinements; none: each scene's own.
+    /// Refinements; `None`: those of each scene.
     pub n: Vec<usize>,
     /// Columns of the matrix.
     pub releases: Vec<EngineFile>,
-    /// The file that has them, beside which their own files lie.
+    /// The file that contains them; paths in it refer to its folder.
     pub path: PathBuf,
 }
 
-/// Everything that was found.
+/// The result of a run.
 #[derive(Serialize)]
 pub struct MatrixOutcome {
     /// The worst of all cells; refusals do not count.
@@ -35,63 +35,63 @@ pub struct MatrixOutcome {
     pub releases: Vec<Release>,
     /// Every release on every line.
     pub cells: Vec<Entry>,
-    /// What `verify` found of each scene and method.
+    /// The result of `verify` for each scene and method.
     #[serde(skip)]
     pub cases: Vec<(Place, VerifyOutcome)>,
 }
 
-/// A code as a system has it.
+/// A release of a code, on some system.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Release {
-    /// As the file of releases calls it.
+    /// The name in the file of releases.
     pub name: String,
-    /// None where it is not there.
+    /// `None` if it is not installed.
     pub version: Option<String>,
 }
 
 /// A line of the matrix.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Place {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
 }
 
 /// A release on one scene, by one method.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Entry {
-    /// The line.
+    /// The index of the line.
     #[serde(flatten)]
     pub place: Place,
-    /// The column, by name.
+    /// The name of the column.
     pub release: String,
-    /// What it counts as.
+    /// The classification of the result.
     pub became: Became,
     /// The largest difference of any field from the built-in solver's, relative to the field.
     pub difference: Option<f64>,
-    /// Why there is no answer, or what is wrong with it.
+    /// Why there is no answer, or the fault in it.
     pub why: Option<Text>,
 }
 
-/// What became of it.
+/// The classification of a result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Became {
     /// All fields are within their tolerance of the built-in solver's.
     Agrees,
-    /// A field is beyond it.
+    /// A field exceeds its tolerance.
     Differs,
-    /// It does not have the method, and says so.
+    /// It does not have the method, and reports that.
     Refused,
-    /// It is there, and gives no answer that counts.
+    /// It is installed, and gives no valid answer.
     Failed,
-    /// It is not there.
+    /// It is not installed.
     Absent,
 }
 
 impl Became {
-    /// A refusal in words is neither a pass nor a failure.
+    /// A refusal with a message is neither a pass nor a failure.
     pub fn verdict(self) -> Option<Verdict> {
         match self {
             Became::Agrees => Some(Verdict::Agree),
@@ -102,7 +102,7 @@ impl Became {
     }
 }
 
-/// Of some entries together: undetermined where nothing was held against anything.
+/// The verdict on some entries together: undetermined if nothing was compared.
 pub fn verdict<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> Verdict {
     Verdict::of_all(entries.into_iter().filter_map(|e| e.became.verdict()))
 }
@@ -110,8 +110,8 @@ pub fn verdict<'a>(entries: impl IntoIterator<Item = &'a Entry>) -> Verdict {
 /// Runs every release on every scene by every method.
 ///
 /// # Errors
-/// Two releases of one name, what does not describe a code, scenes that are not valid; an interruption. A release that fails is
-/// no error.
+/// Two releases of one name, an invalid description of a code, scenes that are not valid; an interruption. A release that fails is
+/// not an error.
 pub fn matrix(request: &MatrixRequest, progress: &dyn Progress) -> Result<MatrixOutcome> {
     let engines = request.releases.iter();
     let engines = engines.map(|of| engine::release(of.clone(), &request.path));
@@ -189,7 +189,7 @@ pub fn matrix(request: &MatrixRequest, progress: &dyn Progress) -> Result<Matrix
     })
 }
 
-/// What a release answered, held against the built-in solver's answers.
+/// Compares the answers of a release with those of the built-in solver.
 fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Option<Text>) {
     let answers = outcome.answers();
     let answers: Vec<_> = answers.filter(|of| of.engine == release).collect();
@@ -227,7 +227,7 @@ fn judged(outcome: &VerifyOutcome, release: &str) -> (Became, Option<f64>, Optio
     )
 }
 
-/// Refuses what has nothing to run.
+/// Rejects a request that has nothing to run.
 ///
 /// # Errors
 /// A file without scenes or releases.

@@ -1,4 +1,4 @@
-//! Campaigns: what to run, and what to conclude from the answers.
+//! Campaigns decide what to run, and draw conclusions from the answers.
 
 pub mod conformance;
 pub mod face_off;

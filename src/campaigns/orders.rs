@@ -1,4 +1,4 @@
-//! Observed orders of convergence where u is known, beside what theory promises.
+//! Observed orders of convergence for known u, compared with theory.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -18,44 +18,44 @@ use faceoff_mesh::error::{Error, Result};
 /// One method on one scene over several meshes.
 #[derive(Debug, Clone, Serialize)]
 pub struct Orders {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
-    /// None where nothing is stated of the solution's regularity.
+    /// `None` if the regularity of the solution is not stated.
     pub theory: Option<Theory>,
     /// By ascending n.
     pub levels: Vec<ErrorsOnMesh>,
-    /// Of the relative error in the energy norm.
+    /// The order of the relative error in the energy norm.
     pub h1: Observed,
-    /// Of the relative error in L².
+    /// The order of the relative error in L².
     pub l2: Observed,
-    /// Where theory has something to say.
+    /// The comparison with theory in the energy norm; `None` if theory does not apply.
     pub h1_verdict: Option<Reach>,
-    /// Likewise.
+    /// The same in L².
     pub l2_verdict: Option<Reach>,
 }
 
-/// An observed order beside the one of theory.
+/// An observed order compared with the theoretical one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reach {
     /// The fit reaches it.
     AsTheory,
-    /// It does not, but the order still changes from mesh to mesh: the solution is not resolved, or the place of a transition in its
-    /// cell is what is seen. Finer meshes decide.
+    /// The fit does not reach it, but the order still changes from mesh to mesh: the solution is not resolved, or the position of a transition in its
+    /// cell dominates. Finer meshes decide.
     NotSettled,
-    /// It has settled below.
+    /// The order has settled below.
     Below,
 }
 
-/// A fit this much below theory still reaches it.
+/// A fit that is below theory by at most this reaches it.
 const ROOM: f64 = 0.1;
-/// Two steps in turn that differ by less have settled.
+/// Consecutive orders that differ by less have settled.
 const SETTLED: f64 = 0.02;
 
 impl Reach {
-    /// None without a fit; errors at rounding level have no order.
+    /// `None` without a fit; errors at rounding level have no order.
     fn new(observed: &Observed, theory: f64, finest: f64) -> Option<Self> {
         let fit = observed.fit?;
         if finest < ROUNDING {
@@ -73,7 +73,7 @@ impl Reach {
     }
 }
 
-/// Relative errors below this are those of arithmetic.
+/// Relative errors below this are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// One mesh.
@@ -81,46 +81,46 @@ const ROUNDING: f64 = 1e-12;
 pub struct ErrorsOnMesh {
     /// The refinement.
     pub n: usize,
-    /// Of the space, those on Γ_D among them.
+    /// The number of dofs of the space, including those on Γ_D.
     pub dofs: usize,
-    /// Steps of Newton, or of the active set.
+    /// Steps of Newton's method, or of the active set method.
     pub steps: usize,
     /// Did the iteration reach its tolerance?
     pub converged: bool,
-    /// Relative to u.
+    /// Errors relative to u.
     #[serde(flatten)]
     pub errors: Errors,
 }
 
-/// What is known of the orders.
+/// The orders that theory states.
 ///
-/// H¹: with u just not in H^s an element of degree k has min(k, s-1). L²: duality adds what the
-/// dual problem has of regularity: 1 on the convex domains here, and 1/2 where Γ_C changes between
+/// H¹: with u just outside of H^s an element of degree k has min(k, s-1). L²: duality adds the regularity of the
+/// dual problem: 1 on the convex domains here, and 1/2 if Γ_C changes between
 /// contact and not, or meets Γ_D, on a straight side. That is a lower bound, usually exceeded.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Theory {
     /// The order in the energy norm.
     pub h1: f64,
-    /// What keeps it from being higher.
+    /// The limiting factor.
     pub h1_limited_by: Limit,
-    /// At least this.
+    /// The lower bound of the order in L².
     pub l2: f64,
-    /// What keeps it from being higher.
+    /// The limiting factor.
     pub l2_limited_by: Limit,
 }
 
-/// What keeps an order from being higher.
+/// The factor that limits an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Limit {
-    /// u is not smoother, or the dual solution is not.
+    /// The regularity of u, or of the dual solution.
     Regularity,
-    /// The element's degree, or the method's consistency.
+    /// The degree of the element, or the consistency of the method.
     Method,
 }
 
 impl Theory {
-    /// For a method, a solution, and whether f vanishes everywhere.
+    /// For a method and a solution; the flag says whether f vanishes everywhere.
     pub fn new(method: &Method, regularity: Regularity, load_free: bool) -> Self {
         let degree = method.element.degree() as f64;
         let smooth = regularity.sobolev - 1.0;
@@ -149,11 +149,11 @@ impl Theory {
     }
 }
 
-/// The errors and orders of every method on every scene, on meshes `n`, rising.
+/// The errors and orders of every method on every scene, on finer and finer meshes `n`.
 ///
 /// # Errors
-/// Meshes that give no order; a scene whose solution is not known; what solving refuses; an interruption. An iteration that
-/// does not converge is no error: its level says so.
+/// Meshes that do not give an order; a scene whose solution is not known; errors of the solver; an interruption. An iteration that
+/// does not converge is not an error: its level records that.
 pub fn orders(
     scenes: &[Scene],
     methods: &[Method],
@@ -190,7 +190,7 @@ pub fn orders(
         .collect()
 }
 
-/// One setup on rising meshes.
+/// One setup on finer and finer meshes.
 fn series(
     runner: &Runner,
     truth: &Truth,
@@ -239,7 +239,7 @@ fn series(
     })
 }
 
-/// The name that it has in JSON.
+/// The name in JSON.
 impl std::fmt::Display for Limit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.serialize(f)
@@ -294,7 +294,7 @@ mod tests {
                 for o in &all {
                     let name = format!("{} {}\n{all:#?}", o.scene, o.method);
                     assert!(o.levels.iter().all(|l| l.converged), "{name}");
-                    // Where the method is exact there is only rounding to see.
+                    // If the method is exact, there is only rounding.
                     match o.h1_verdict {
                         Some(Reach::AsTheory) | None => {
                             assert!(o.l2_verdict != Some(Reach::Below), "{name}");
@@ -313,8 +313,8 @@ mod tests {
         }
     }
 
-    /// In 3D, on meshes that the debug build can have. The checkerboard needs finer ones, and p2
-    /// sees the place of a transition in its cell.
+    /// In 3D, on meshes that are fast enough in the debug build. The checkerboard needs finer ones, and the order of p2
+    /// depends on the position of a transition in its cell.
     #[test]
     fn observed_orders_in_space_are_those_of_theory() {
         let scenes = Scene::exact_names_3d();
@@ -346,8 +346,8 @@ mod tests {
         }
     }
 
-    /// Where nothing touches, the penalty-free law leaves a flux of order h/γ₀ on Γ_C, and the order
-    /// in L² falls to 1; with the corrected flux it stays 2 whatever γ₀.
+    /// Without contact, the penalty-free law leaves a flux of order h/γ₀ on Γ_C, and the order
+    /// in L² falls to 1; with the corrected flux it stays 2 for every γ₀.
     #[test]
     fn the_corrected_flux_has_second_order_for_every_gamma() {
         let methods = [Method::cr(), Method::cr_fc()];
@@ -391,7 +391,7 @@ mod tests {
         assert!(Observed::new(errors[..1].to_vec()).fit.is_none());
     }
 
-    /// Of 6.1 there is no formula: the errors are those to the mesh-free solution.
+    /// There is no formula for 6.1: the errors are with respect to the mesh-free solution.
     #[test]
     fn the_orders_of_one_zone_are_known() {
         let scenes = [Scene::find("one-zone").unwrap()];

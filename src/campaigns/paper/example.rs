@@ -1,21 +1,21 @@
-//! The examples of section 6: the scene that is solved, and what is known of its solution.
+//! The examples of section 6: the scene that is solved, and its known solution.
 
 use faceoff_fem::scene::{Expression, Scene};
 use faceoff_fem::truth::{DEFAULT_RESOLUTION, Reference};
 use faceoff_mesh::error::{Error, Result};
 
-/// Beyond this the contact set alone fills a file.
+/// For larger N the list of contact zones would fill a file.
 const MOST_ZONES: u32 = 100_000;
 
 /// Example 6.1, or 6.2 for one N.
 pub struct Example {
     /// The section of the paper.
     pub section: &'static str,
-    /// N of (6.2); none for 6.1.
+    /// N of (6.2); `None` for 6.1.
     pub zones: Option<u32>,
     /// Domain, boundary and load.
     pub scene: Scene,
-    /// u without a mesh.
+    /// The mesh-free solution u.
     pub truth: Reference,
 }
 
@@ -23,7 +23,7 @@ impl Example {
     /// 6.1, f = -2π sin 2πx.
     ///
     /// # Errors
-    /// None but of a broken installation.
+    /// Only those of a broken installation.
     pub fn one_zone() -> Result<Self> {
         Ok(Example {
             section: "6.1",
@@ -36,7 +36,7 @@ impl Example {
     /// 6.2, f = (2πN)² cos 2πNx; `three-zones` and `five-zones` are the paper's N = 3 and 5, others are `zones-N`.
     ///
     /// # Errors
-    /// N = 0, or so many zones that nothing could hold them.
+    /// N = 0, or an N for which the zones cannot be stored.
     pub fn zones(n: u32) -> Result<Self> {
         if n > MOST_ZONES {
             return Err(Error::usage(
@@ -69,7 +69,7 @@ impl Example {
         })
     }
 
-    /// How tables call it.
+    /// The name in tables.
     pub fn title(&self) -> String {
         match self.zones {
             None => self.section.to_owned(),
@@ -82,7 +82,7 @@ impl Example {
 mod tests {
     use super::*;
 
-    /// The scene that is solved and the reference that judges it have one load and one boundary.
+    /// The solved scene and the reference solution have the same load and boundary.
     #[test]
     fn scenes_and_references_have_the_same_load() {
         let examples = [

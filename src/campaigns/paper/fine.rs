@@ -1,4 +1,4 @@
-//! The paper's reference: P2 on a fine Union-Jack mesh, as a function that others are measured against.
+//! The paper's reference: P2 on a fine Union-Jack mesh, as a function to measure others against.
 
 use faceoff_fem::contact::{Problem, Quantities};
 use faceoff_fem::element::Space;
@@ -28,11 +28,11 @@ impl Function for Fine<'_> {
         phi.iter().zip(&local).map(|(p, u)| p * u).sum()
     }
 
-    /// Exact: by Simpson between the lines of the fine mesh that are crossed.
+    /// Exact: by Simpson's rule between the crossed lines of the fine mesh.
     fn mean(&self, a: [f64; 2], b: [f64; 2]) -> f64 {
         let n = self.n as f64;
         let mut cuts = vec![0.0, 1.0];
-        // Both diagonals of every square, though each has only one: one cut too many does no harm.
+        // Both diagonals of every square, though each has only one: a superfluous cut does no harm.
         for line in [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, -1.0]] {
             let [from, to] = [a, b].map(|p| n * (line[0] * p[0] + line[1] * p[1]));
             let (low, high) = (from.min(to).ceil() as i64, from.max(to).floor() as i64);
@@ -61,7 +61,7 @@ impl Function for Fine<'_> {
     }
 }
 
-/// The cell of the Union-Jack mesh with (x, y), in the numbering of the generator.
+/// The cell of the Union-Jack mesh that contains (x, y), in the numbering of the generator.
 fn cell_at(n: usize, x: f64, y: f64) -> usize {
     let place = |t: f64| -> (usize, f64) {
         let scaled = (t * n as f64).clamp(0.0, n as f64);
@@ -73,7 +73,7 @@ fn cell_at(n: usize, x: f64, y: f64) -> usize {
     2 * (j * n + i) + usize::from(upper)
 }
 
-/// ‖∇(U-V)‖ / ‖∇U‖ for V from the mesh of half the fineness: Union-Jack meshes are nested, so V is a function of U's space.
+/// ‖∇(U-V)‖ / ‖∇U‖ for V from the mesh with half as many squares per side: Union-Jack meshes are nested, so V is in U's space.
 pub fn step_between(problem: &Problem, u: &[f64], coarse: &Fine) -> f64 {
     let difference: Vec<f64> = problem
         .space
@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// 7 against 3: no line of one is a line of the other. Means by very many points.
+    /// 7 and 3: the meshes share no line. The means use very many points.
     #[test]
     fn means_are_exact_on_any_line() {
         let mesh = mesh(7);
@@ -166,7 +166,7 @@ mod tests {
         }
     }
 
-    /// On nested meshes both integrals can be had exactly, cell by cell of the fine mesh.
+    /// On nested meshes both integrals can be computed exactly, cell by cell of the fine mesh.
     #[test]
     fn errors_to_a_fine_function_are_those_on_the_common_refinement() {
         let (coarse_mesh, fine_mesh) = (mesh(3), mesh(12));
@@ -220,7 +220,7 @@ mod tests {
         );
     }
 
-    /// The errors of P2 against adaptive quadrature with the closed form, and against what P2 says of itself.
+    /// The errors of P2 by adaptive quadrature with the closed form, and as estimated from P2 only.
     #[test]
     fn p2_has_the_errors_that_quadrature_and_its_own_steps_say() {
         let scene = Scene::find("many-zones-3").unwrap();

@@ -1,4 +1,4 @@
-//! P2 on the fine mesh, on that of half its n and of a quarter: the paper's reference, and how far it can be trusted.
+//! P2 on the fine mesh and on those with n/2 and n/4: the paper's reference, and its accuracy.
 
 use serde::Serialize;
 
@@ -16,35 +16,35 @@ use faceoff_fem::truth::exact::Regularity;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Triangulation;
 
-/// P2 on the fine mesh and on those of half and a quarter of its n.
+/// P2 on the fine mesh and on those with n/2 and n/4.
 #[derive(Debug, Serialize)]
 pub struct FineOutcome {
-    /// Rising, each twice the one before.
+    /// Ascending, each twice the one before.
     pub n: Vec<usize>,
     /// On each mesh.
     pub dofs: Vec<usize>,
-    /// Steps of Newton until the increment was below the paper's tolerance.
+    /// Steps of Newton's method until the increment was below the paper's tolerance.
     pub steps: Vec<Option<usize>>,
     /// Did Newton's iteration reach its tolerance on all of them?
     pub converged: bool,
-    /// To the mesh-free reference.
+    /// With respect to the mesh-free reference.
     pub errors: Vec<Errors>,
     /// Orders of these errors in the energy norm.
     pub h1: Observed,
     /// Orders of these errors in L².
     pub l2: Observed,
-    /// ‖∇(U-V)‖/‖∇U‖ of each mesh's U and the V before it.
+    /// ‖∇(U-V)‖/‖∇U‖ for U on each mesh and V on the one before.
     pub steps_between: Vec<f64>,
-    /// Between which H¹ errors P2's last step puts that of the fine mesh, with the order of theory.
+    /// The interval of the H¹ error on the fine mesh that follows from P2's last step and the theoretical order.
     pub predicted: [f64; 2],
-    /// Where Γ_C carries contact, by the fine solution itself.
+    /// The contact zones on Γ_C according to the fine solution.
     pub contact_set: Vec<[f64; 2]>,
-    /// u on a grid, for its elevation.
+    /// u on a grid, for its elevation plot.
     #[serde(skip)]
     pub elevation: Vec<Vec<f64>>,
 }
 
-/// The elevation is drawn from this many intervals each way.
+/// The elevation plot has this many intervals in each direction.
 const ELEVATION: usize = 48;
 
 fn elevation(solved: &Fine) -> Vec<Vec<f64>> {
@@ -60,7 +60,7 @@ fn elevation(solved: &Fine) -> Vec<Vec<f64>> {
 /// Solves on `meshes`, each with twice the n of the one before, and keeps the last solution.
 ///
 /// # Errors
-/// What solving refuses, and an interruption.
+/// Errors of the solver, and an interruption.
 pub fn run_fine<'a>(
     example: &'a Example,
     meshes: &'a [(usize, Triangulation)],
@@ -122,16 +122,16 @@ pub fn run_fine<'a>(
     Ok((solved, outcome))
 }
 
-/// The H¹ error that is left after a step from a mesh to that of half its h, where errors shrink like h^order.
+/// The H¹ error after a step to a mesh with half the h, if errors shrink like h^order.
 ///
-/// The errors before and after are e₁ = 2^order e₂. Where the new error is orthogonal to the step d, as for Galerkin's method, d² = e₁² - e₂²;
-/// where it is parallel, d = e₁ - e₂. Nitsche's method lies between.
+/// The errors before and after are e₁ = 2^order e₂. If the new error is orthogonal to the step d, as for Galerkin's method, d² = e₁² - e₂²;
+/// if it is parallel, d = e₁ - e₂. Nitsche's method is between the two.
 fn predicted(step: f64, order: f64) -> [f64; 2] {
     let ratio = order.exp2();
     [step / (ratio * ratio - 1.0).sqrt(), step / (ratio - 1.0)]
 }
 
-/// Both examples have transitions as in general, u ∈ H^(5/2-ε).
+/// In both examples the transitions are generic, u ∈ H^(5/2-ε).
 fn order_of_theory() -> f64 {
     Theory::new(&Method::p2(), Regularity::transition(2.5), false).h1
 }

@@ -1,8 +1,8 @@
-//! How many iterations the nonlinear problems take: semismooth Newton, and each splitting of a fixed point.
+//! The number of iterations for the nonlinear problems: semismooth Newton, and each splitting of a fixed point.
 //!
 //! The paper iterates a fixed point "until the relative H¹-error of the increment is smaller than TOL" and reports its counts;
-//! it states neither γ₀ nor the splitting nor the start. Here each splitting runs from u = 0, is counted by the paper's own
-//! criterion, and beside the count stands how well what it ended with solves the scheme, which that criterion does not say.
+//! it states neither γ₀ nor the splitting nor the initial guess. Here each splitting starts from u = 0 and is counted by the paper's
+//! criterion; in addition the backward error of the last iterate is reported, since that criterion does not bound it.
 
 use rayon::prelude::*;
 use serde::{Serialize, Serializer};
@@ -16,7 +16,7 @@ use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Triangulation;
 
-/// Iterations end here without a result; the paper's longest took 127.
+/// Iterations stop here without a result; the paper's longest took 127.
 pub const CAP: usize = 300;
 
 /// γ on Γ_C.
@@ -24,11 +24,11 @@ pub const CAP: usize = 300;
 pub enum Gamma {
     /// γ = γ₀ h
     Scaled(f64),
-    /// γ whatever h.
+    /// γ is independent of h.
     Fixed(f64),
 }
 
-/// An iteration and the γ that it is run with.
+/// An iteration with its γ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scheme {
     pub iteration: Iteration,
@@ -43,7 +43,7 @@ pub fn schemes(gamma0: f64) -> [Scheme; 6] {
         scheme(Iteration::Newton, Gamma::Scaled(gamma0)),
         // Converges for γ₀ < 1 only.
         fixed(Splitting::LaggedP, Gamma::Scaled(0.5)),
-        // Converges for γ > 0.28 or so, whatever h.
+        // Converges for γ > 0.28 or so, for every h.
         fixed(Splitting::LaggedGap, Gamma::Fixed(1.0)),
         fixed(Splitting::Relaxed, Gamma::Scaled(gamma0)),
         fixed(Splitting::FluxNew, Gamma::Fixed(0.1)),
@@ -52,25 +52,25 @@ pub fn schemes(gamma0: f64) -> [Scheme; 6] {
     ]
 }
 
-/// How many iterations one scheme took on each mesh.
+/// The number of iterations of one scheme on each mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct Count {
-    /// Example, by the name of its scene.
+    /// The example, by the name of its scene.
     pub example: String,
     /// `cr` or `p2`.
     pub method: String,
-    /// Newton, or a splitting of the fixed point.
+    /// Newton's method, or a splitting of the fixed point.
     #[serde(serialize_with = "as_text")]
     pub iteration: Iteration,
-    /// γ in words.
+    /// γ as text.
     pub gamma: String,
-    /// Which way the diagonals run.
+    /// The direction of the diagonals.
     pub mesh: Pattern,
-    /// Rising.
+    /// Ascending.
     pub n: Vec<usize>,
-    /// Steps to the first increment below [`TOL`]; none where there is none in [`CAP`].
+    /// Steps to the first increment below [`TOL`]; `None` if it takes more than [`CAP`].
     pub iterations: Vec<Option<usize>>,
-    /// The backward error in the scheme of what the iteration ended with.
+    /// The backward error of the last iterate in the scheme.
     pub backward_errors: Vec<f64>,
 }
 
@@ -90,7 +90,7 @@ impl std::fmt::Display for Gamma {
     }
 }
 
-/// Four digits, and no zeros behind them.
+/// Four digits, without trailing zeros.
 struct Short(f64);
 
 impl std::fmt::Display for Short {
@@ -105,10 +105,10 @@ impl std::fmt::Display for Short {
     }
 }
 
-/// Steps of `scheme` to the first increment below [`TOL`], from u = 0, and the backward error of what it ended with.
+/// The steps of `scheme` to the first increment below [`TOL`], from u = 0, and the backward error of the last iterate.
 ///
 /// # Errors
-/// What `progress` returns, or a matrix that cannot be factorised.
+/// Errors of `progress`, or a matrix that cannot be factorised.
 pub fn count(
     scene: &Scene,
     mesh: &Triangulation,
@@ -128,7 +128,7 @@ pub fn count(
         max_iterations: cap,
     };
     let solution = solve(&problem, scheme.iteration, stop, progress)?;
-    // By the increment alone, as the paper counts.
+    // Only by the increment, as the paper counts.
     Ok((steps_to(TOL, &solution.increments), solution.backward_error))
 }
 
@@ -138,40 +138,40 @@ pub struct Trial {
     /// The splitting.
     #[serde(serialize_with = "as_text")]
     pub iteration: Iteration,
-    /// γ in words.
+    /// γ as text.
     pub gamma: String,
-    /// Which way the diagonals run.
+    /// The direction of the diagonals.
     pub mesh: Pattern,
-    /// Steps to the first increment below [`TOL`], on each of the paper's meshes that were asked for.
+    /// Steps to the first increment below [`TOL`], on each requested mesh that is the paper's.
     pub iterations: Vec<usize>,
-    /// The largest |k - paper's| / paper's of a mesh.
+    /// The largest |k - paper's| / paper's over the meshes.
     pub off: f64,
 }
 
 /// The search for the paper's counts.
 #[derive(Debug, Serialize)]
 pub struct Search {
-    /// The paper's meshes among those that were asked for.
+    /// The requested meshes that are the paper's.
     pub n: Vec<usize>,
-    /// How many (splitting, γ, mesh) were tried.
+    /// The number of triples (splitting, γ, mesh) that were tried.
     pub tried: usize,
-    /// How many of them stayed within [`FAR`] on all meshes, by splitting.
+    /// The number of them that stayed within [`FAR`] on all meshes, by splitting.
     pub near: Vec<(String, usize)>,
     /// The nearest of these.
     pub nearest: Vec<Trial>,
 }
 
-/// A trial is given up where it is off by more than this.
+/// A trial is abandoned if its deviation is larger.
 pub const FAR: f64 = 0.25;
-/// γ₀, or γ, from 10^-2 to 10^3: so many a factor of ten.
+/// γ₀, or γ, from 10^-2 to 10^3: the number of values per decade.
 const PER_DECADE: i32 = 16;
-/// Trials that are shown.
+/// The number of trials in the report.
 const SHOWN: usize = 6;
 
-/// All splittings, both meshes, γ = γ₀ h and γ fixed, against the paper's counts of 6.1; none where no mesh is the paper's.
+/// All splittings, both meshes, γ = γ₀ h and γ fixed, compared with the paper's counts of 6.1; `None` if no mesh is the paper's.
 ///
 /// # Errors
-/// What `check` returns.
+/// Errors of `check`.
 pub fn search(
     scene: &Scene,
     n: &[usize],
@@ -211,7 +211,7 @@ pub fn search(
         for (of, (_, stated)) in meshes[k].iter().zip(&known) {
             let stated = *stated as f64;
             let cap = ((1.0 + FAR) * stated) as usize + 1;
-            // A matrix that is singular is an iteration that does not get there.
+            // With a singular matrix the iteration does not reach the tolerance.
             let found = match count(scene, of, Method::cr(), scheme, cap, |_, _| check()) {
                 Ok((Some(found), _)) => found,
                 Ok((None, _)) | Err(Error::Solver { .. }) => return Ok(None),
@@ -248,7 +248,7 @@ pub fn search(
     }))
 }
 
-/// Counted from 1; none if never.
+/// Counted from 1; `None` if never.
 pub(super) fn steps_to(tolerance: f64, increments: &[f64]) -> Option<usize> {
     let first = increments.iter().position(|i| *i < tolerance);
     first.map(|k| k + 1)

@@ -1,6 +1,6 @@
-//! Section 6 of the paper again: its two examples with their figures and statements, each beside what is computed here.
+//! Reproduces section 6 of the paper: its two examples with their figures and statements, each compared with the results computed here.
 //!
-//! E. Burman, P. Hansbo, M. G. Larson, SIAM J. Numer. Anal. 55 (2017), section 6. The errors are taken to two
+//! E. Burman, P. Hansbo, M. G. Larson, SIAM J. Numer. Anal. 55 (2017), section 6. The errors are with respect to two
 //! references: P2 on a fine mesh, as in the paper, and the mesh-free one of [`faceoff_fem::truth`].
 
 mod example;
@@ -33,17 +33,17 @@ pub const MESHES: [usize; 5] = [16, 32, 64, 128, 256];
 pub const FINE: usize = 500;
 /// "The tolerance was set to TOL = 10⁻⁷", of the relative H¹ norm of the increment.
 pub const TOL: f64 = 1e-7;
-/// The fixed point iterations of 6.1, one for each of [`MESHES`].
+/// The counts of the fixed point iterations of 6.1, one for each of [`MESHES`].
 pub const ITERATIONS: [usize; 5] = [79, 84, 66, 54, 58];
-/// Those of the reference of 6.1, on [`FINE`].
+/// Those for the reference of 6.1, on [`FINE`].
 pub const FINE_ITERATIONS: usize = 127;
 /// N of (6.2).
 pub const ZONES: [u32; 2] = [3, 5];
 
-/// Of more intervals words have only the first ones.
+/// If there are more intervals, the text only has the first ones.
 const MOST_INTERVALS: usize = 8;
 
-/// `[0, 0.1] ∪ [0.3, 0.4]`; of very many the first ones.
+/// `[0, 0.1] ∪ [0.3, 0.4]`; for very many only the first ones.
 pub fn intervals(set: &[[f64; 2]], digits: usize) -> String {
     let shown = set.iter().take(MOST_INTERVALS);
     let words: Vec<String> = shown

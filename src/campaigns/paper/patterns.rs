@@ -1,4 +1,4 @@
-//! The two Union-Jack meshes of n × n squares: "Union Jack" does not say which diagonal the first square has.
+//! The two Union-Jack meshes of n × n squares: "Union Jack" does not determine the diagonal of the first square.
 
 use std::fmt;
 
@@ -11,9 +11,9 @@ use faceoff_mesh::mesh::generate::union_jack;
 /// The meshes that may be the paper's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pattern {
-    /// The corner (0, 0) is cut by the first diagonal: our generator's, and dolfinx's `left_right`.
+    /// The first diagonal cuts off the corner (0, 0): our generator's, and dolfinx's `left_right`.
     UnionJack,
-    /// With the diagonals exchanged: FreeFEM's `square(n, n, flags=1)`, which the paper may have used.
+    /// With the diagonals interchanged: FreeFEM's `square(n, n, flags=1)`, which the paper may have used.
     Exchanged,
 }
 

@@ -1,4 +1,4 @@
-//! The mesh-free reference as scripts read it; its JSON form is a contract.
+//! The mesh-free reference for scripts; its JSON form is a contract.
 
 use serde::ser::{Serialize, Serializer};
 
@@ -6,13 +6,13 @@ use super::{Example, ZONES};
 use faceoff_fem::truth::Reference;
 use faceoff_mesh::error::Result;
 
-/// Samples of u lie on a grid of this many intervals each way, the sides included.
+/// Samples of u are on a grid of this many intervals in each direction, including the sides.
 const GRID: u32 = 16;
 
-/// What is known of one example without any mesh.
+/// The mesh-free solution of one example.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Known {
-    /// Intervals of x on y = 0, in rising order.
+    /// The contact intervals of x on y = 0, ascending.
     pub contact_set: Vec<[f64; 2]>,
     /// ‖∇u‖²
     pub grad_norm_sq: f64,
@@ -20,7 +20,7 @@ pub struct Known {
     pub l2_norm: f64,
     /// <∂ₙu, 1>_C
     pub contact_flux: f64,
-    /// On a uniform grid of the unit square; x runs faster than y.
+    /// u on a uniform grid of the unit square; x runs faster than y.
     pub samples: Vec<Sample>,
 }
 
@@ -60,7 +60,7 @@ impl References {
     /// `one-zone`, `three-zones` and `five-zones`, and `zones-N` for each N given.
     ///
     /// # Errors
-    /// As for [`Example::zones`].
+    /// Errors of [`Example::zones`].
     pub fn new(zones: &[u32]) -> Result<Self> {
         let mut all = Vec::new();
         let paper = ZONES.iter().map(|&n| Example::zones(n));

@@ -1,4 +1,4 @@
-//! What section 6 says, and what holds: every number on the right-hand side is computed.
+//! The statements of section 6, and whether they hold: every number on the right-hand side is computed.
 
 use serde::Serialize;
 
@@ -12,24 +12,24 @@ use crate::run::Observed;
 use crate::text::{Number, Text, text};
 use faceoff_fem::contact::Method;
 
-/// A statement of the paper beside what was found.
+/// A statement of the paper with the result here.
 #[derive(Debug, Clone, Serialize)]
 pub struct Statement {
-    /// Of the paper.
+    /// The section of the paper.
     pub section: &'static str,
-    /// The example, where one is meant.
+    /// The example, if it concerns one.
     pub example: String,
-    /// What the paper says, in our words.
+    /// The statement of the paper, in our words.
     pub says: Text,
-    /// None where the paper does not state enough to decide.
+    /// `None` if the paper does not state enough to decide.
     pub holds: Option<bool>,
-    /// What was found.
+    /// The result here.
     pub found: Text,
 }
 
-/// An order is confirmed by a fit this near.
+/// A fit confirms an order up to this difference.
 const NEAR: f64 = 0.1;
-/// "γ₀ large enough" for a verdict on orders; what comes of a smaller one is told.
+/// The γ₀ that counts as "large enough" for a verdict on orders; results with a smaller one are reported.
 const LARGE: f64 = 10.0;
 
 pub fn statements(
@@ -65,7 +65,7 @@ fn statement(
     }
 }
 
-/// "contact condition is active in one-half of the boundary": for 6.2 no share is stated.
+/// "contact condition is active in one-half of the boundary": for 6.2 no fraction is stated.
 fn contact(e: &ExampleOutcome) -> Statement {
     let share: f64 = e.contact_set.iter().map(|[a, b]| b - a).sum();
     let found = text!(
@@ -75,7 +75,7 @@ fn contact(e: &ExampleOutcome) -> Statement {
     );
     match e.zones {
         None => {
-            // Half the side to the two digits that "one half" can claim.
+            // Half of the side, to two digits.
             let half = (share - 0.5).abs() < 0.005;
             statement(e, "contact on one half of the side y = 0", half, found)
         }
@@ -106,8 +106,8 @@ fn changes(e: &ExampleOutcome) -> Statement {
 
 /// First order, second order, and "close to 3/2".
 ///
-/// A verdict must be robust: the same for both Union-Jack meshes and for every γ₀ that was tried and is large, as the paper states
-/// neither, but for that γ₀ is large enough.
+/// A verdict must be robust: the same for both Union-Jack meshes and for every large γ₀ that was tried, since the paper states
+/// neither, except that γ₀ is large enough.
 fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
     let Some(series) = e.series.first() else {
         return Vec::new();
@@ -120,9 +120,9 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
             .filter(|(v, _)| v.gamma0 >= LARGE)
             .map(|(_, fit)| *fit)
             .collect();
-        // On coarser meshes than the paper's an order may only not be reached yet.
+        // On meshes coarser than the paper's, an order may simply not be reached yet.
         let mut holds = robust(&large, order).filter(|holds| *holds || request.n == MESHES);
-        // The residual as it is written, or with the weight of (5.12)? Where one has the order, it may have been plotted.
+        // Was the residual plotted as it is written, or with the weight of (5.12)? If one of them has the order, it may have been that one.
         let weighted = || variants().map(|v| v.weighted_residual.fit);
         if order == 1.5 && holds == Some(false) && weighted().any(|fit| is_near(fit, order)) {
             holds = None;
@@ -207,7 +207,7 @@ fn orders(e: &ExampleOutcome, request: &PaperRequest) -> Vec<Statement> {
     ]
 }
 
-/// A fitted order, or what is said where there is none.
+/// A fitted order, or a text if there is none.
 fn fitted(fit: Option<f64>, none: &str) -> Text {
     fit.map_or(none.into(), |fit| Number::fixed(fit, 2).into())
 }
@@ -216,7 +216,7 @@ fn is_near(fit: Option<f64>, order: f64) -> bool {
     fit.is_some_and(|fit| (fit - order).abs() <= NEAR)
 }
 
-/// The same for all: they hold, or none does. Else it depends on what is not stated.
+/// The statement is true or false if it is so for all variants. Otherwise it depends on settings that the paper does not state.
 fn robust(fits: &[Option<f64>], order: f64) -> Option<bool> {
     let near = fits.iter().filter(|fit| is_near(**fit, order)).count();
     match near {
@@ -252,7 +252,7 @@ fn conforming(e: &ExampleOutcome, request: &PaperRequest) -> Option<Statement> {
         ..statement(
             e,
             "the conforming penalty-free method also performs well",
-            // Well: first order, and errors that are not above those of CR.
+            // "Well" means first order, and errors that are at most those of CR.
             robust(&fits, 1.0)
                 .map(|ordered| ordered && works && of.iter().all(|v| last(v) <= 1.1 * cr))
                 .filter(|holds| *holds || request.n == MESHES),
@@ -266,7 +266,7 @@ fn conforming(e: &ExampleOutcome, request: &PaperRequest) -> Option<Statement> {
     })
 }
 
-/// The fine P2 solution stands for u: its own errors must be small beside those it measures.
+/// The fine P2 solution replaces u, so its errors must be small relative to those it measures.
 fn reference(e: &ExampleOutcome) -> Statement {
     let last = e.fine.errors.last().copied();
     let cr = e.series.first().and_then(|s| s.levels.last());
@@ -302,7 +302,7 @@ fn reference(e: &ExampleOutcome) -> Statement {
     )
 }
 
-/// The counts of 6.1, where the meshes are the paper's.
+/// The counts of 6.1, if the meshes are the paper's.
 fn iterations(
     examples: &[ExampleOutcome],
     counts: &[Count],

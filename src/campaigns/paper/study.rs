@@ -1,4 +1,4 @@
-//! The runs: P2 on the fine mesh and its coarser ones, CR on the series of meshes by every engine, the errors of both.
+//! The runs: P2 on the fine mesh and its coarser ones, CR on the series of meshes by every engine, with the errors of both.
 
 use serde::Serialize;
 
@@ -18,28 +18,28 @@ use faceoff_fem::contact::{Discretisation, Errors, Method, Problem, quantities};
 use faceoff_fem::known::{distance, transitions};
 use faceoff_mesh::error::{Error, Result};
 
-/// Everything that was found.
+/// The result of a run.
 #[derive(Debug, Serialize)]
 pub struct PaperOutcome {
-    /// γ = γ₀ h of every solution whose error is reported.
+    /// γ₀ of γ = γ₀ h for every solution whose error is reported.
     pub gamma0: f64,
-    /// Meshes for CR, rising.
+    /// Meshes for CR, ascending.
     pub n: Vec<usize>,
     /// n of the mesh of the P2 reference.
     pub fine: usize,
     /// In the order of the request.
     pub examples: Vec<ExampleOutcome>,
-    /// Of Newton and of each splitting.
+    /// The counts of Newton's method and of each splitting.
     pub counts: Vec<Count>,
-    /// The search for the paper's counts; none where no mesh is the paper's.
+    /// The search for the paper's counts; `None` if no mesh is the paper's.
     pub search: Option<Search>,
     /// Lemma 3.1, (4.2) and Proposition 4.2 as numbers.
     pub theory: Theory,
-    /// What the paper says, one by one.
+    /// The statements of the paper.
     pub statements: Vec<Statement>,
-    /// Did every iteration of Newton reach its tolerance?
+    /// Did every Newton iteration reach its tolerance?
     pub converged: bool,
-    /// Engines that gave no answer that counts, and why.
+    /// Engines without a valid answer, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub failures: Vec<Failure>,
 }
@@ -47,17 +47,17 @@ pub struct PaperOutcome {
 /// One example.
 #[derive(Debug, Serialize)]
 pub struct ExampleOutcome {
-    /// Of its scene.
+    /// The name of its scene.
     pub name: String,
-    /// As the report has it.
+    /// The title in the report.
     pub title: String,
-    /// Of the paper.
+    /// The section of the paper.
     pub section: &'static str,
     /// N of (6.2).
     pub zones: Option<u32>,
     /// The load, as a formula.
     pub f: String,
-    /// Of u: intervals of x on y = 0, rising.
+    /// The contact intervals of u on y = 0, ascending.
     pub contact_set: Vec<[f64; 2]>,
     /// Where contact begins or ends inside Γ_C.
     pub transitions: Vec<f64>,
@@ -71,7 +71,7 @@ pub struct ExampleOutcome {
     pub gamma0: f64,
     /// The paper's reference.
     pub fine: FineOutcome,
-    /// CR, one of each engine.
+    /// CR, one per engine.
     pub series: Vec<Series>,
     /// CR on both meshes with several γ₀, and the conforming method.
     pub variants: Vec<Variant>,
@@ -80,23 +80,23 @@ pub struct ExampleOutcome {
 /// CR over the meshes by one engine.
 #[derive(Debug, Serialize)]
 pub struct Series {
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// As it reports it.
+    /// The version that it reports.
     pub version: String,
     /// By ascending n.
     pub levels: Vec<SeriesLevel>,
-    /// Orders of the errors to the mesh-free reference.
+    /// Orders of the errors with respect to the mesh-free reference.
     pub h1: Observed,
     /// The same in L².
     pub l2: Observed,
-    /// Of the errors to P2 on the fine mesh.
+    /// Orders of the errors with respect to P2 on the fine mesh.
     pub h1_to_fine: Observed,
     /// The same in L².
     pub l2_to_fine: Observed,
-    /// Of ‖u_h + [P(u_h)]₊‖ on Γ_C.
+    /// The order of ‖u_h + [P(u_h)]₊‖ on Γ_C.
     pub residual: Observed,
-    /// The same times γ^(-1/2).
+    /// The order of the same times γ^(-1/2).
     pub weighted_residual: Observed,
 }
 
@@ -107,33 +107,33 @@ pub struct SeriesLevel {
     pub n: usize,
     /// √2/n, the diameter of the cells.
     pub h: f64,
-    /// Faces, those on Γ_D among them.
+    /// The number of faces, including those on Γ_D.
     pub dofs: usize,
-    /// Steps of Newton until the increment was below the paper's tolerance.
+    /// Steps of Newton's method until the increment was below the paper's tolerance.
     pub steps: Option<usize>,
     /// Did the iteration reach its tolerance?
     pub converged: bool,
-    /// To the mesh-free reference.
+    /// With respect to the mesh-free reference.
     pub errors: Errors,
-    /// To P2 on the fine mesh.
+    /// With respect to P2 on the fine mesh.
     pub errors_to_fine: Errors,
     /// ‖u_h + [P(u_h)]₊‖ on Γ_C.
     pub residual: f64,
     /// The same times γ^(-1/2).
     pub weighted_residual: f64,
-    /// ‖u-u_h‖₁ₕ = ‖∇(u-u_h)‖_h + ‖u-u_h‖, relative to that of u: the norm of (5.12).
+    /// ‖u-u_h‖₁ₕ = ‖∇(u-u_h)‖_h + ‖u-u_h‖, relative to the norm of u: the norm of (5.12).
     pub norm_1h: f64,
 }
 
 /// Runs everything.
 ///
-/// # Errors
+/// Meshes that do not give an order, errors of the solver, an interruption. A companion that fails is recorded in the outcome.
 /// Meshes that give no order, what solving refuses, an interruption. A companion that fails is noted in the outcome.
 pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOutcome> {
     check(request)?;
     let gamma0 = request.examples[0].scene.gamma0();
     let work = Work::new(request, progress);
-    // All examples have one domain with one boundary.
+    // All examples have the same domain and boundary.
     let square = |n: usize| Ok((n, request.examples[0].scene.triangulation(Some(n))?));
     let squares = |all: &[usize]| all.iter().map(|&n| square(n)).collect::<Result<Vec<_>>>();
     let fine = [4, 2, 1].map(|part| request.fine / part);
@@ -173,7 +173,7 @@ pub fn study(request: &PaperRequest, progress: &dyn Progress) -> Result<PaperOut
             let mut levels = Vec::new();
             for k in of_example.clone() {
                 work.next(&format!("errors of {}, {}", example.title(), run.engine))?;
-                // A run of these is complete.
+                // These runs are complete.
                 let answer = run.of(k);
                 levels.extend(answer.map(|a| level(&cases[k], a, example, &solved)));
                 work.finish(Part::Errors.cost(request.n[k - of_example.start]));
@@ -217,7 +217,7 @@ fn check(request: &PaperRequest) -> Result<()> {
     Ok(())
 }
 
-/// The Rust engine must answer; a companion that does not is a failure in the outcome.
+/// The Rust engine must answer; a companion that does not is recorded as a failure in the outcome.
 fn run_engines(
     request: &PaperRequest,
     cases: &[&Case],
@@ -240,7 +240,7 @@ fn run_engines(
     Ok((runs, failures))
 }
 
-/// The paper reports its counts for 6.1 only. All schemes on both meshes, the nearest splitting on P2, and the search.
+/// The paper reports counts for 6.1 only. All schemes on both meshes, the nearest splitting on P2, and the search.
 fn run_counts(
     request: &PaperRequest,
     gamma0: f64,
@@ -248,7 +248,7 @@ fn run_counts(
 ) -> Result<(Vec<Count>, Option<Search>)> {
     let example = &request.examples[0];
     let of_cr = schemes(gamma0).map(|scheme| (Method::cr(), scheme));
-    // The paper's reference is P2, and the nearest splitting the last.
+    // The paper's reference is P2, and the nearest splitting is the last scheme.
     let of_p2 = of_cr.last().map(|(_, scheme)| (Method::p2(), *scheme));
     let mut counts = Vec::new();
     for pattern in PATTERNS {
@@ -288,7 +288,7 @@ fn run_counts(
     Ok((counts, found))
 }
 
-/// Each step of a fixed point takes a factorisation of its own, and on P2 one of four dofs a contact face.
+/// Each step of a fixed point takes a separate factorisation, and on P2 there are four dofs per contact face.
 const FINEST_P2: usize = 64;
 
 fn level(case: &Case, answer: &Answer, example: &Example, fine: &Fine) -> SeriesLevel {

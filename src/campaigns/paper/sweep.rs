@@ -1,5 +1,5 @@
-//! What the paper leaves open, tried: which of the two Union-Jack meshes, which γ₀, and the conforming penalty-free method that
-//! its conclusion mentions. A statement on orders is robust only where it holds for all of these.
+//! Variations of what the paper does not state: which of the two Union-Jack meshes, which γ₀, and the conforming penalty-free method that
+//! its conclusion mentions. A statement on orders is robust only if it holds for all of these.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use faceoff_fem::element::P1;
 use faceoff_fem::known::{distance, fine_errors};
 use faceoff_mesh::error::Result;
 
-/// "γ₀ large enough": from one hundredth of the program's own to ten times it.
+/// "γ₀ large enough": from one hundredth of the program's default to ten times it.
 pub const GAMMAS: [f64; 4] = [1.0, 10.0, 100.0, 1000.0];
 
 /// A method with one γ₀ over one sequence of meshes.
@@ -22,15 +22,15 @@ pub const GAMMAS: [f64; 4] = [1.0, 10.0, 100.0, 1000.0];
 pub struct Variant {
     /// `cr`, or `p1(1,0)`: the conforming penalty-free method.
     pub method: String,
-    /// Which way the diagonals run.
+    /// The direction of the diagonals.
     pub mesh: Pattern,
     /// γ₀ of γ = γ₀ h.
     pub gamma0: f64,
-    /// To the mesh-free reference.
+    /// With respect to the mesh-free reference.
     pub errors: Vec<Errors>,
-    /// ‖u_h + [P(u_h)]₊‖ on Γ_C, as the paper's figure has it.
+    /// ‖u_h + [P(u_h)]₊‖ on Γ_C, as in the paper's figure.
     pub residuals: Vec<f64>,
-    /// The same times γ^(-1/2), as (5.12) has it.
+    /// The same times γ^(-1/2), as in (5.12).
     pub weighted: Vec<f64>,
     /// Orders of the errors in the energy norm.
     pub h1: Observed,
@@ -51,7 +51,7 @@ impl Variant {
     }
 }
 
-/// On one mesh: the errors, the residual and its weighted form, and whether Newton's iteration converged.
+/// The results on one mesh: the errors, the residual and its weighted form, and whether Newton's iteration converged.
 type Level = (Errors, [f64; 2], bool);
 
 /// The conforming penalty-free method.
@@ -62,7 +62,7 @@ fn conforming() -> Method {
 /// All variants of an example on meshes of n × n.
 ///
 /// # Errors
-/// What solving refuses, and what `check` returns.
+/// Errors of the solver, and of `check`.
 pub fn sweep(
     example: &Example,
     n: &[usize],
@@ -85,7 +85,7 @@ pub fn sweep(
                 let problem = Problem::new(&example.scene, mesh, &discretisation)?;
                 let solution = solve(&problem, Iteration::Newton, Stop::default(), |_, _| check())?;
                 let of = quantities(&problem, &solution.u);
-                // The mean on a face is a dof of CR alone.
+                // Only for CR is the mean on a face a dof.
                 let errors = match problem.space.element.on().faces {
                     true => distance(&problem.space, &solution.u, &example.truth),
                     false => fine_errors(&problem, &solution.u, &of, &example.truth),

@@ -1,4 +1,4 @@
-//! What sections 3 and 4 suppose and prove, as numbers of the scheme that section 6 is solved with.
+//! The assumptions and results of sections 3 and 4, as numbers of the scheme of section 6.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ use faceoff_fem::contact::{
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::Result;
 
-/// On one of the two meshes. All cells at Γ_C are alike, so that the numbers are those of all n.
+/// The numbers on one of the two meshes. All cells at Γ_C are congruent, so the numbers are the same for all n.
 #[derive(Debug, Clone, Serialize)]
 pub struct OfMesh {
     pub mesh: Pattern,
@@ -20,28 +20,28 @@ pub struct OfMesh {
     pub positivity: Option<Positivity>,
     /// The same with the midpoint rule on Γ_C.
     pub positivity_at_midpoints: Option<Positivity>,
-    /// Proposition 4.2: there is one solution for γ₀ above this; 0 where for all.
+    /// Proposition 4.2: the solution is unique for γ₀ above this; 0 if for all.
     pub unique_above: f64,
 }
 
 /// The theory as numbers.
 #[derive(Debug, Clone, Serialize)]
 pub struct Theory {
-    /// γ₀ that the scheme is solved with.
+    /// γ₀ of the scheme.
     pub gamma0: f64,
-    /// One for each way that the diagonals run.
+    /// One per direction of the diagonals.
     pub meshes: Vec<OfMesh>,
     /// (2.10): does f have a trace near Γ_C?
     pub load_has_trace: bool,
 }
 
-/// A γ₀ for which nothing is unique that needs one.
+/// A γ₀ at which uniqueness is lost, if a small γ₀ can lose it.
 const TINY: f64 = 1e-9;
 
 /// On the meshes of n × n, for the examples' boundary and the load of `scene`.
 ///
 /// # Errors
-/// What [`Problem::new`] refuses.
+/// Errors of [`Problem::new`].
 pub fn theory(scene: &Scene, n: usize, gamma0: f64) -> Result<Theory> {
     let mut meshes = Vec::new();
     let mut load_has_trace = true;

@@ -1,4 +1,4 @@
-//! How much of the study is done, for whoever watches.
+//! The progress of the study.
 
 use std::sync::Mutex;
 
@@ -8,7 +8,7 @@ use crate::engine::{Case, Progress, lock};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
-/// Rough shares of the work, a square of a mesh; they only shape the bar.
+/// Estimated work per square of a mesh; the values only affect the progress bar.
 #[derive(Clone, Copy)]
 pub enum Part {
     /// P2, with its errors.
@@ -37,7 +37,7 @@ impl Part {
     }
 }
 
-/// What is done of everything, for whoever watches.
+/// The completed fraction of the whole, for a progress bar.
 pub struct Work<'a> {
     total: f64,
     done: Mutex<f64>,
@@ -75,7 +75,7 @@ impl<'a> Work<'a> {
     }
 }
 
-/// Passes on how far engines are; they watch for interruptions themselves.
+/// Passes on the progress of engines, which poll for interruptions themselves.
 pub struct Listener<'a> {
     pub cases: &'a [&'a Case<'a>],
     pub work: &'a Work<'a>,

@@ -1,4 +1,4 @@
-//! Extremes of what holds the domain: several components, and components that contact alone holds.
+//! Extremes of the constraints: several components, and components that only contact constrains.
 
 use super::trial::{Place, Trial, rewritten};
 use faceoff_fem::scene::{GroupName, Scene};
@@ -8,7 +8,7 @@ use faceoff_mesh::mesh::{CellBlock, Mesh};
 
 const N: usize = 8;
 
-/// Pressed down by f = 1 over its whole height, held at the top.
+/// Pressed down by f = 1 over its whole height, fixed at the top.
 const HELD: &str = r#"
 name = "held"
 [mesh]
@@ -24,7 +24,7 @@ g = "0.5"
 u = "y-0.5*y^2"
 "#;
 
-/// The same without anything that holds it: the load presses it on, and ∂ₙu = 0 at the top as before.
+/// The same without Dirichlet values: the load presses it against the obstacle, and ∂ₙu = 0 at the top as before.
 pub(super) const FLOATING: &str = r#"
 name = "floating"
 [mesh]
@@ -38,7 +38,7 @@ f = "1"
 u = "y-0.5*y^2"
 "#;
 
-/// A floating component's constant is free in its error, and contact fixes it to the order of the method.
+/// The error of a floating component has a free constant, which contact fixes to the order of the method.
 const ROOM: f64 = 3.0;
 
 pub fn trials() -> Result<Vec<Trial>> {
@@ -60,7 +60,7 @@ pub fn trials() -> Result<Vec<Trial>> {
     add("two, held", &held, &two, true);
     add("one, floating", &floating, &square, true);
     add("two, floating", &floating, &two, true);
-    // The lid of the second component has a name of its own, which Γ_N has.
+    // The top of the second component has a separate name, which is in Γ_N.
     let mut boundary = held.boundary().clone();
     boundary.neumann = floating.boundary().neumann.clone();
     boundary.neumann.pop();
@@ -82,7 +82,7 @@ pub fn trials() -> Result<Vec<Trial>> {
     Ok(all)
 }
 
-/// The square with another name for its top.
+/// The square with a different name for its top.
 fn open(square: &Mesh) -> Mesh {
     let mut mesh = square.clone();
     for group in &mut mesh.groups {
@@ -94,13 +94,13 @@ fn open(square: &Mesh) -> Mesh {
     mesh
 }
 
-/// Two meshes of one kind in one, the second shifted along x. Groups of one tag become one.
+/// Two meshes of one kind in one, the second shifted along x. Groups with the same tag are merged.
 fn joined(a: &Mesh, b: &Mesh, shift: f64) -> Mesh {
     let mut whole = a.clone();
     let points = a.points.len() as u32;
     let shifted = b.points.iter().map(|p| [p[0] + shift, p[1], p[2]]);
     whole.points.to_mut().extend(shifted);
-    // Faces stand first in both, and only they are in groups.
+    // Faces come first in both, and only they are in groups.
     let faces = a.blocks[0].len() as u32;
     let block = |(a, b): (&CellBlock, &CellBlock)| {
         let further = b.nodes.iter().map(|node| node + points);

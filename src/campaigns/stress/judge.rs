@@ -1,4 +1,4 @@
-//! What an engine makes of a trial.
+//! Judges the answers of an engine to a trial.
 
 use std::sync::Arc;
 
@@ -13,60 +13,60 @@ use faceoff_fem::known::Truth;
 use faceoff_fem::linear;
 use faceoff_mesh::error::{Error, Result};
 
-/// Below this an error is as good as none: no mesh in use has a smaller one.
+/// Errors below this count as zero: no mesh in use has a smaller one.
 const NEGLIGIBLE: f64 = 1e-8;
-/// A converged answer with a backward error above this does not solve the scheme.
+/// A converged answer with a larger backward error does not solve the scheme.
 const RESIDUAL: f64 = 1e-9;
-/// A relative error above this leaves nothing of the solution; a reference below a tenth of it says that there could be.
+/// With a larger relative error the solution is lost; a reference error below a tenth of it shows that the mesh could resolve it.
 const NOTHING_LEFT: f64 = 0.5;
 
 /// One engine and method at one extreme.
 #[derive(Debug, Clone, Serialize)]
 pub struct Entry {
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
-    /// What is extreme.
+    /// The family of the extreme.
     pub family: &'static str,
-    /// How extreme.
+    /// The extreme value.
     pub value: Text,
-    /// What became of it.
+    /// The classification of the answer.
     #[serde(flatten)]
     pub verdict: Behaviour,
     /// The larger of the relative errors in the energy norm and in L².
     pub error: Option<f64>,
-    /// The same of the moderate problem.
+    /// The same for the moderate problem.
     pub reference: Option<f64>,
-    /// Digits that agree with the moderate solution, where that has the same dofs.
+    /// Digits that agree with the moderate solution, if that has the same dofs.
     pub digits: Option<f64>,
-    /// Of the iteration.
+    /// Steps of the iteration.
     pub steps: Option<usize>,
     /// Backward error.
     pub residual: Option<f64>,
-    /// An estimate from below of how many times a relative rounding is amplified at this u.
+    /// A lower bound for the amplification of relative rounding errors at this u.
     pub condition: Option<f64>,
 }
 
-/// What became of it.
+/// The classification of an answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "verdict", rename_all = "kebab-case")]
 pub enum Behaviour {
-    /// The error is that of moderate values.
+    /// The error is that of the moderate problem.
     Holds,
-    /// The error is so many times that of moderate values.
+    /// The error is larger than that of the moderate problem by this factor.
     Degrades {
         /// Above 1.
         factor: f64,
     },
-    /// Said in words.
+    /// Refused with a message.
     Refuses {
-        /// Those words.
+        /// The message.
         sentence: Text,
     },
-    /// An answer that claims to be one and is not.
+    /// A result reported as converged that is wrong.
     Wrong {
-        /// What gives it away.
+        /// The evidence.
         why: Text,
     },
 }
@@ -94,13 +94,13 @@ impl Entry {
 }
 
 impl Behaviour {
-    /// Does it claim to be an answer, and is none?
+    /// Is it a result reported as converged that is wrong?
     pub fn is_wrong(&self) -> bool {
         matches!(self, Behaviour::Wrong { .. })
     }
 }
 
-/// What an engine makes of all trials by one method, in one batch with the problems that they are compared with.
+/// Runs all trials by one method in an engine, in one batch with the reference problems, and judges them.
 ///
 /// # Errors
 /// A moderate problem that cannot be solved, an interruption.
@@ -121,7 +121,7 @@ pub fn judge(
         let case = setup.as_ref().map_err(ToString::to_string);
         cases.push(case.and_then(|setup| setup.case().map_err(|e| e.to_string())));
     }
-    // What is moderate is solved by the Rust engine where this one does not have its method.
+    // A moderate problem is solved by the Rust engine if this one does not have its method.
     let own = engine::find(engine::OWN)?;
     let is_lent = |k: usize| {
         let lent = trials[k / 2].reference_method.filter(|_| k % 2 == 1);
@@ -238,7 +238,7 @@ fn of_trial(
     Ok(entry)
 }
 
-/// The larger of the relative errors in energy norm and L²; 0 where nothing is known.
+/// The larger of the relative errors in the energy norm and L²; 0 if the solution is unknown.
 fn problem_error(problem: &Problem, u: &[f64]) -> Result<f64> {
     let Some(truth) = Truth::of(problem.scene)? else {
         return Ok(0.0);
@@ -247,7 +247,7 @@ fn problem_error(problem: &Problem, u: &[f64]) -> Result<f64> {
     Ok(found.h1.max(found.l2))
 }
 
-/// -log₁₀ of the largest difference over the largest value; 17 where there is none.
+/// -log₁₀ of the largest difference relative to the largest value; 17 if there is none.
 fn digits(a: &[f64], b: &[f64]) -> f64 {
     let largest = b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
     let apart = a.iter().zip(b);
@@ -266,7 +266,7 @@ mod tests {
     use crate::engine::{Progress, Run, Silent};
     use faceoff_fem::scene::Scene;
 
-    /// The map of the Rust engine, but for what takes seconds.
+    /// The map of the Rust engine, without slow trials.
     #[test]
     fn nothing_is_wrong_in_rust() {
         let methods = [
@@ -292,14 +292,14 @@ mod tests {
             |want: fn(&Behaviour) -> bool| outcome.entries.iter().filter(move |c| want(&c.verdict));
         let wrong: Vec<_> = of(Behaviour::is_wrong).collect();
         assert!(wrong.is_empty(), "{wrong:#?}");
-        // Units are no extreme.
+        // A change of units is not an extreme.
         for cell in &outcome.entries {
             if ["data", "domain"].contains(&cell.family) {
                 assert_eq!(cell.verdict, Behaviour::Holds, "{cell:?}");
                 assert!(cell.digits.unwrap() > 10.0, "{cell:?}");
             }
         }
-        // What has no solution is refused by all, and with a sentence.
+        // Problems without a solution are refused by all, with a message.
         let unsolvable = |c: &&Entry| c.value.to_string().starts_with("floating, ");
         let refused = of(
             |v| matches!(v, Behaviour::Refuses { sentence } if sentence.to_string().contains("; ")),
@@ -325,7 +325,7 @@ mod tests {
         let scene = Scene::find("one-zone").unwrap();
         let entries = tried(scene.clone()).unwrap();
         let found: Vec<f64> = entries.iter().filter_map(|c| c.reference).collect();
-        // p2 is beyond rounding at some of 7 values.
+        // p2 exceeds rounding at some of 7 values.
         let known = found.iter().filter(|e| (1e-4..0.2).contains(*e)).count();
         assert!(known == found.len() && known > 7, "{entries:#?}");
         let changed = tried(scene.with_data(scene.data().clone())).unwrap_err();
@@ -333,7 +333,7 @@ mod tests {
         assert!(changed.to_string().contains(refused), "{changed}");
     }
 
-    /// An engine that answers what another one does, falsified.
+    /// An engine that falsifies the answers of another one.
     struct Liar(fn(&mut Answer));
 
     impl Engine for Liar {

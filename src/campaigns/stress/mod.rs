@@ -1,4 +1,4 @@
-//! What breaks: problems whose solution is known, taken to extremes, and what each engine and method makes of them.
+//! Stress tests: problems whose solution is known, taken to extremes, and the answers of each engine and method.
 
 mod bodies;
 mod judge;
@@ -21,28 +21,28 @@ use faceoff_fem::scene::Scene;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
-/// What is to be tried.
+/// The trials to run.
 pub struct StressRequest {
-    /// With an exact solution: those whose data, domain and γ₀ are taken to extremes.
+    /// Scenes with an exact solution, whose data, domain and γ₀ are taken to extremes.
     pub scenes: Vec<Scene>,
-    /// None named: all.
+    /// The families; empty: all.
     pub families: Vec<String>,
-    /// By which each extreme is solved.
+    /// The methods for each extreme.
     pub methods: Vec<Method>,
-    /// With which each is solved.
+    /// The engines for each.
     pub engines: Vec<Box<dyn Engine>>,
-    /// Of every solve.
+    /// The settings of every solve.
     pub settings: Settings,
-    /// Without what takes seconds.
+    /// Whether to leave out slow trials.
     pub is_brief: bool,
 }
 
-/// The map.
+/// The map of results.
 #[derive(Debug, Serialize)]
 pub struct StressOutcome {
     /// Engine and version.
     pub engines: Vec<(String, String)>,
-    /// By engine, family, value and method, in the order in which they were tried.
+    /// By engine, family, value and method, in the order of the trials.
     #[serde(rename = "cells")]
     pub entries: Vec<Entry>,
 }
@@ -50,8 +50,8 @@ pub struct StressOutcome {
 /// Takes every scene and built-in problem to its extremes with every engine and method.
 ///
 /// # Errors
-/// A scene whose solution is not known; an unknown family; an engine that is not there; an interruption. What an engine
-/// refuses, or gets wrong, is the outcome.
+/// A scene whose solution is not known; an unknown family; an engine that is not installed; an interruption. Refusals
+/// and wrong answers of an engine are part of the outcome.
 pub fn stress(request: &StressRequest, progress: &dyn Progress) -> Result<StressOutcome> {
     let trials = trials(request)?;
     let runner = Runner::new(&request.settings, progress);
@@ -77,7 +77,7 @@ pub fn stress(request: &StressRequest, progress: &dyn Progress) -> Result<Stress
     Ok(StressOutcome { engines, entries })
 }
 
-/// All trials of the families that are asked for.
+/// All trials of the requested families.
 fn trials(request: &StressRequest) -> Result<Vec<Trial>> {
     let mut all = Vec::new();
     for scene in &request.scenes {

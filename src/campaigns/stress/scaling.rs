@@ -6,7 +6,7 @@ use crate::text::{Text, text};
 use faceoff_fem::scene::{Data, Expression, MeshSource, Scene};
 use faceoff_mesh::error::Result;
 
-/// Fine enough that a discretisation error is seen, coarse enough that hundreds of them take seconds.
+/// Fine enough that the discretisation error is visible, coarse enough that hundreds of solves take seconds.
 const N: usize = 16;
 const N_SOLID: usize = 4;
 
@@ -16,7 +16,7 @@ const DATA: [i32; 6] = [-150, -100, -10, 10, 100, 150];
 const DOMAINS: [i32; 4] = [-12, -6, 6, 12];
 const SHIFTS: [i32; 3] = [2, 5, 8];
 
-/// All of one scene with an exact solution.
+/// All trials of one scene with an exact solution.
 pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
     let n = match scene.source() {
         MeshSource::Union { cuboid, .. } if cuboid.dim == 3 => N_SOLID,
@@ -56,7 +56,7 @@ pub fn trials(scene: &Scene) -> Result<Vec<Trial>> {
     Ok(all)
 }
 
-/// f, g, t and ψ times s, so that u is.
+/// f, g, t and ψ times s, and hence u times s.
 pub fn scaled_data(data: &Data, s: f64) -> Result<Data> {
     let times = |e: &Expression| rewritten(e, |text| format!("({s:e})*({text})"));
     Ok(Data {
@@ -67,7 +67,7 @@ pub fn scaled_data(data: &Data, s: f64) -> Result<Data> {
     })
 }
 
-/// The domain scaled by s and shifted along the diagonal, with data so that u at a point is what it was.
+/// The domain scaled by s and shifted along the diagonal, with data that keep the values of u at corresponding points.
 pub fn moved(home: &Place, s: f64, shift: f64) -> Result<Place> {
     let back = |text: &str| {
         coordinates(text, |name| {
@@ -80,7 +80,7 @@ pub fn moved(home: &Place, s: f64, shift: f64) -> Result<Place> {
     };
     let data = home.scene.data();
     let data = Data {
-        // Twice, as s² may be too large or too small for a number.
+        // Twice, since s² may overflow or underflow.
         f: rewritten(&data.f, |t| format!("({})/({s:e})/({s:e})", back(t)))?,
         g: rewritten(&data.g, back)?,
         t: rewritten(&data.t, |t| format!("({})/({s:e})", back(t)))?,
@@ -97,7 +97,7 @@ pub fn moved(home: &Place, s: f64, shift: f64) -> Result<Place> {
     Ok(moved)
 }
 
-/// The text with other words for x, y and z.
+/// The text with x, y and z replaced.
 fn coordinates(text: &str, with: impl Fn(&str) -> String) -> String {
     words(text, |word| {
         ["x", "y", "z"].contains(&word).then(|| with(word))
@@ -114,7 +114,7 @@ mod tests {
         assert_eq!(text, "exp(<x>)*max(<y>,2e-3*x1)-<x>^2");
     }
 
-    /// The moved problem has its data where the home problem has them.
+    /// The moved problem has the data of the original one at corresponding points.
     #[test]
     fn moved_data_are_those_of_home() {
         let scene = Scene::find("manufactured-3").unwrap();

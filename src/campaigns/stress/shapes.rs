@@ -1,5 +1,5 @@
-//! Extremes of cells, on problems whose solution is linear: every method but the penalty has it exactly, so that what is
-//! seen is rounding.
+//! Extremes of cells, on problems whose solution is linear: every method except the penalty method is exact, so that the error
+//! is rounding.
 
 use super::trial::{Place, Trial, ten};
 use crate::text::{Text, text};
@@ -10,10 +10,10 @@ use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
 /// Squares along a side.
 const N: usize = 8;
-/// The same of what fine meshes are compared with.
+/// The same for the reference of fine meshes.
 const COARSE: usize = 16;
 
-/// The unit square with contact at the bottom and a linear u, which is its own g.
+/// The unit square with contact at the bottom and a linear u, which equals g.
 fn linear(name: &str, u: &str, dirichlet: &[&str], neumann: &[&str]) -> Result<Scene> {
     Scene::parse(&format!(
         "name = \"{name}\"\nmesh.generator = \"union-jack\"\ndata.g = \"{u}\"\nexact.u = \"{u}\"\n\
@@ -71,7 +71,7 @@ pub fn trials() -> Result<Vec<Trial>> {
     Ok(all)
 }
 
-/// Finer and finer meshes: an error is at most what the first order leaves of the coarse one's.
+/// Finer and finer meshes: an error is at most what the first order predicts from the coarse one.
 pub fn sizes() -> Result<Vec<Trial>> {
     let scene = Scene::find("manufactured-smooth")?;
     let coarse = Place::of(&scene, Some(COARSE))?;
@@ -91,7 +91,7 @@ fn vertex(i: usize, j: usize) -> usize {
     j * (N + 1) + i
 }
 
-/// The line next to the lower side of an axis, or to the middle one where that is x, at this distance from it.
+/// The line next to the lower side of an axis, or to the middle one if that is x, at this distance from it.
 fn layer(axis: usize, distance: f64) -> Mesh {
     let mut mesh = union_jack(N, [1.0; 2]);
     let line = if axis == 1 { 0 } else { N / 2 };
@@ -105,7 +105,7 @@ fn layer(axis: usize, distance: f64) -> Mesh {
     mesh
 }
 
-/// Obtuse cells: x + s y in the place of x.
+/// Obtuse cells: x is replaced by x + s y.
 fn sheared(s: f64) -> Mesh {
     let mut mesh = union_jack(N, [1.0; 2]);
     for point in mesh.points.to_mut() {
@@ -114,7 +114,7 @@ fn sheared(s: f64) -> Mesh {
     mesh
 }
 
-/// One vertex of eight cells moved, in squares, until it is `distance` of a square away from the line of its neighbours.
+/// One vertex of eight cells is moved until it is `distance` times a square's side away from the line of its neighbours.
 fn sliver([i, j]: [usize; 2], to: [f64; 2], distance: f64) -> Mesh {
     let mut mesh = union_jack(N, [1.0; 2]);
     let point = &mut mesh.points.to_mut()[vertex(i, j)];

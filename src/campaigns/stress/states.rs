@@ -1,4 +1,4 @@
-//! Extremes of contact: everywhere, nowhere, grazing, at points; corners with two contact sides; Γ_C beside Γ_D; hundreds
+//! Extremes of contact: everywhere, nowhere, grazing, at points; corners with two contact sides; Γ_C next to Γ_D; hundreds
 //! of zones.
 
 use super::trial::{Place, Trial};
@@ -9,7 +9,7 @@ use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
 const N: usize = 16;
 
-/// Scenes with known solutions, and what is extreme in each.
+/// Scenes with known solutions, and the extreme property of each.
 const STATES: [(&str, &str); 10] = [
     ("all contact", "contact-everywhere"),
     ("no contact", "contact-nowhere"),
@@ -36,11 +36,11 @@ contact = ["bottom"]
 u = "0"
 "#;
 
-/// A moderate method in the same situation is what others are compared with: no method here has an order that it cannot
-/// have.
+/// The reference is a moderate method in the same situation: no method here has an order that it cannot
+/// reach.
 const ROOM: f64 = 3.0;
 
-/// Columns for each zone, and rows: the error is then the same for any number of them.
+/// Columns for each zone, and rows: with these the error is the same for any number of zones.
 const PER_ZONE: usize = 8;
 const FEW_ZONES: u32 = 3;
 
@@ -81,7 +81,7 @@ fn many_zones(zones: u32) -> Result<Place> {
     let u = parsed(&text.u)?;
     let mut data = scene.data().clone();
     data.f = parsed(&text.f)?;
-    // u is known: what lies farther away than a zone is wide can be left out.
+    // u is known: the part that is farther away than the width of a zone can be left out.
     data.g = u.clone();
     let scene = scene
         .renamed(&format!("many-zones-{zones}"))?
@@ -91,7 +91,7 @@ fn many_zones(zones: u32) -> Result<Place> {
     Ok(Place::on(scene, "strip", mesh))
 }
 
-/// The lower part of the unit square in columns, and so many rows of squares.
+/// The lower part of the unit square in columns, and a number of rows of squares.
 fn strip(columns: usize, rows: usize) -> Mesh {
     let point = |i: usize, j: usize| (j * (columns + 1) + i) as u32;
     let mut mesh = Mesh::default();

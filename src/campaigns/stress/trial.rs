@@ -1,4 +1,4 @@
-//! A problem at an extreme, and the moderate one it is judged by.
+//! A problem at an extreme, and the moderate one for comparison.
 
 use std::sync::Arc;
 
@@ -10,38 +10,38 @@ use faceoff_fem::scene::{Expression, Scene};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 
-/// A scene on a mesh, of which nobody knows yet whether it can be solved on.
+/// A scene on a mesh that may not be solvable.
 #[derive(Clone)]
 pub struct Place {
     pub scene: Scene,
     name: String,
     pub mesh: Mesh,
-    /// What of the discretisation is extreme.
+    /// The extreme setting of the discretisation.
     pub variation: Option<Variation>,
 }
 
 /// One extreme.
 pub struct Trial {
-    /// What is extreme.
+    /// The family of the extreme.
     pub family: &'static str,
-    /// How extreme.
+    /// The extreme value.
     pub value: Text,
-    /// What is solved.
+    /// The problem to solve.
     pub extreme: Place,
-    /// The problem in whose units the answer is judged, with the exact solution: the same cells in the same order. None:
-    /// the extreme itself.
+    /// The original problem, in whose units the answer is judged, with the exact solution: the same cells in the same order. `None`:
+    /// the extreme problem.
     pub home: Option<Place>,
-    /// u of the extreme is this times u at home.
+    /// u of the extreme problem is this times u of the original.
     pub scale: f64,
-    /// The moderate problem whose error the extreme's is compared with; none: home.
+    /// The moderate problem whose error is the reference; `None`: the original.
     pub reference: Option<Place>,
-    /// The method that solves the reference, where it is not the same.
+    /// The method that solves the reference, if it differs.
     pub reference_method: Option<Method>,
-    /// An error up to so many times the reference's is as good.
+    /// An error is accepted up to this many times that of the reference.
     pub room: f64,
     /// There is no solution: the only right answer is a refusal.
     pub must_refuse: bool,
-    /// The extreme belongs to the method: its exact discrete solution has whatever error it has.
+    /// The extreme belongs to the method, whose exact discrete solution may have any error.
     pub is_parameter: bool,
     /// Takes seconds.
     pub is_heavy: bool,
@@ -49,12 +49,12 @@ pub struct Trial {
 
 /// 10^exponent in a sentence.
 pub fn ten(exponent: i32) -> Number {
-    // Its digits are those of the power itself, which a product of tens may miss.
+    // The digits of the power itself, which a product of tens may miss.
     Number::power(format!("1e{exponent}").parse().unwrap_or(f64::NAN))
 }
 
 impl Trial {
-    /// A trial that is judged by itself and compared with `reference`.
+    /// A trial that is judged in its own units and compared with `reference`.
     pub fn new(family: &'static str, value: impl Into<Text>, extreme: Place) -> Self {
         Trial {
             family,
@@ -71,7 +71,7 @@ impl Trial {
         }
     }
 
-    /// What the answer is held against.
+    /// The problem that the answer is compared with.
     pub fn reference(&self) -> &Place {
         let other = self.reference.as_ref().or(self.home.as_ref());
         other.unwrap_or(&self.extreme)
@@ -98,17 +98,17 @@ impl Place {
         }
     }
 
-    /// Everything that its answer depends on.
+    /// Everything that the answer depends on.
     ///
     /// # Errors
-    /// A mesh that no problem can be solved on.
+    /// A mesh on which the problem cannot be solved.
     pub fn setup(&self, method: Method, settings: &Settings) -> Result<Setup> {
         let mesh = Arc::new(Triangulation::new(&self.name, &self.mesh)?);
         Setup::on(mesh, &self.scene, None, method, settings).varied(self.variation.as_ref())
     }
 }
 
-/// An expression from the text of another, changed.
+/// An expression by modifying the text of another.
 pub fn rewritten(of: &Expression, change: impl Fn(&str) -> String) -> Result<Expression> {
     let text = change(of.text());
     Expression::parse(&text).map_err(|e| Error::Scene {

@@ -1,4 +1,4 @@
-//! Units are a matter of taste: a power of two in coordinates or data changes no digit of the answer.
+//! Invariance under units: a power of two in coordinates or data changes no digit of the answer.
 
 use super::bodies::FLOATING;
 use super::scaling::{moved, scaled_data};
@@ -84,7 +84,7 @@ fn check(places: impl Fn(&Place) -> Vec<(String, Place, f64)>) {
                 }
             }
             let is_held = !home.scene.boundary().dirichlet.is_empty();
-            // Iterations take domains that Γ_D holds.
+            // Fixed point iterations need a domain with Dirichlet values.
             ways.retain(|way| is_held || way.solver != Solver::Iterative);
             for settings in ways {
                 let here = solved(&home, method, settings);

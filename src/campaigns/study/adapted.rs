@@ -1,4 +1,4 @@
-//! Adapted meshes until certified accuracies, by the Rust engine.
+//! Adaptive refinement to certified accuracies, by the Rust engine.
 
 use std::cell::Cell;
 use std::time::Instant;
@@ -15,7 +15,7 @@ use faceoff_fem::contact::{Discretisation, Method, Problem};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
-/// Certified accuracies, falling.
+/// Certified accuracies, descending.
 const ACCURACIES: [f64; 8] = [0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001];
 
 impl Campaign<'_> {
@@ -45,7 +45,7 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// The row's number; none where the accuracy is not reached, which is reported.
+    /// The index of the row; `None` if the accuracy is not reached, which is reported.
     pub fn adapt(
         &mut self,
         subject: &Subject,
@@ -76,7 +76,7 @@ impl Campaign<'_> {
         })
     }
 
-    /// None for want of time.
+    /// `None` if there is not enough time.
     fn reached(
         &self,
         subject: &Subject,

@@ -1,5 +1,5 @@
-//! Advice: for an error that is wanted, what was measured to reach it in the least time, and the command that does it again.
-//! Nothing is interpolated: each of these settings was measured, by `targets` as it is advised where the budget had room for that.
+//! Advice: for a target error, the fastest setting that was measured to reach it, and the command to repeat it.
+//! Nothing is interpolated: each of these settings was measured, by `targets` with the advised command if the budget allowed that.
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ use super::subject::Subject;
 use crate::engine::{self, quoted};
 use faceoff_fem::contact::Stop;
 
-/// What error is meant.
+/// The norm of the target error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Norm {
@@ -23,48 +23,48 @@ pub enum Norm {
 pub const NORMS: [Norm; 2] = [Norm::Energy, Norm::L2];
 /// Errors that advice is given for.
 pub const TARGETS: [f64; 10] = [0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 1e-4, 1e-5];
-/// A command may take so many times as long as a solve within this process, which has its memory and threads already.
+/// The factor by which a command may take longer than a solve within this process, which has its memory and threads already.
 const WARM: f64 = 3.0;
 
 /// How to reach an error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advice {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// In which the error is meant.
+    /// The norm of the error.
     pub norm: Norm,
-    /// The error that is wanted.
+    /// The target error.
     pub target: f64,
-    /// The one that took the least time.
+    /// The fastest engine's way.
     pub best: Alternative,
-    /// The best of every other engine.
+    /// The best way of every other engine.
     pub others: Vec<Alternative>,
-    /// Word for word.
+    /// The command, verbatim.
     pub command: String,
 }
 
 /// One engine's way, as it was measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Alternative {
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
-    /// Of a uniform mesh.
+    /// The n of a uniform mesh.
     pub n: Option<usize>,
     /// The certified accuracy of an adapted one.
     pub accuracy: Option<f64>,
-    /// Relative increment at which the iteration stops.
+    /// The relative increment at which the iteration stops.
     pub tolerance: f64,
-    /// Relative to u.
+    /// The relative error.
     pub error: f64,
-    /// Is the error the guaranteed bound, for want of the true one?
+    /// Is the error the guaranteed bound, since the true one is unknown?
     pub is_bound: bool,
     /// The median of its repetitions, without start-up, or that of a finer mesh which took less.
     pub seconds: f64,
-    /// Peak of its process, where it had one of its own.
+    /// The peak memory of its process, if it ran in a separate one.
     pub memory_mb: Option<f64>,
-    /// Was it measured by the command that is advised, or one like it, in a process of its own?
+    /// Was it measured by the advised command, or a similar one, in a separate process?
     #[serde(skip)]
     pub is_repeatable: bool,
 }
@@ -80,7 +80,7 @@ impl Alternative {
             error: row.error(norm)?,
             is_bound: norm == Norm::Energy && row.h1.is_none(),
             seconds,
-            // Of a solve within this process it would be what the process did not hold yet.
+            // For a solve within this process it would be the memory in addition to that of the process.
             memory_mb: row.memory_mb.filter(|_| is_repeatable(row)),
             is_repeatable: is_repeatable(row),
         })
@@ -102,7 +102,7 @@ impl Alternative {
     }
 }
 
-/// Advice for every target that some measured row reaches. No target costs an engine more than a smaller error does.
+/// Advice for every target that some measured row reaches. For each engine, a target costs at most as much as a smaller error does.
 pub fn advise(request: &StudyRequest, rows: &[Row]) -> Vec<Advice> {
     let mut all = Vec::new();
     for subject in &request.subjects {
@@ -134,8 +134,8 @@ pub fn advise(request: &StudyRequest, rows: &[Row]) -> Vec<Advice> {
     all
 }
 
-/// The fastest row of each engine that reaches a target, and its time. Solves within this process are warm: one stands for the
-/// Rust engine where no command was run that is about as fast.
+/// The fastest row of each engine that reaches a target, and its time. Solves within this process are warm: one represents the
+/// Rust engine if no command was run that is about as fast.
 fn fastest<'r>(measured: &[&'r Row], norm: Norm, target: f64) -> Vec<(&'r Row, f64)> {
     let reaches = |row: &&Row| row.error(norm).is_some_and(|error| error <= target);
     let mut found: Vec<(&Row, f64)> = Vec::new();
@@ -159,12 +159,12 @@ fn fastest<'r>(measured: &[&'r Row], norm: Norm, target: f64) -> Vec<(&'r Row, f
     found
 }
 
-/// Was it measured in a process of its own?
+/// Was it measured in a separate process?
 fn is_repeatable(row: &Row) -> bool {
     row.engine != engine::OWN || row.varied == Varied::Target
 }
 
-/// Advice from the way of each engine, by rising time.
+/// Advice from the way of each engine, by ascending time.
 fn one(
     request: &StudyRequest,
     subject: &Subject,
@@ -183,7 +183,7 @@ fn one(
     })
 }
 
-/// The least time in which a row's mesh or a finer one was solved in the same way: noise makes no mesh dearer than a finer one.
+/// The least time in which a row's mesh or a finer one was solved in the same way: noise must not make a mesh more expensive than a finer one.
 fn cost(row: &Row, measured: &[&Row]) -> f64 {
     let way = |row: &Row| (row.accuracy.is_some(), row.tolerance, is_repeatable(row));
     let alike = |other: &&&Row| {
@@ -193,7 +193,7 @@ fn cost(row: &Row, measured: &[&Row]) -> f64 {
     times.fold(row.seconds.median, f64::min)
 }
 
-/// What is typed after the program's name to solve as a row was.
+/// The arguments after the program's name to solve as for a row.
 pub fn words(request: &StudyRequest, subject: &Subject, row: &Row) -> Vec<String> {
     let mut words: Vec<String> = vec!["solve".into(), subject.argument.clone()];
     let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
@@ -258,7 +258,7 @@ impl Advice {
     }
 }
 
-/// Without the digits that a binary number adds.
+/// Without spurious digits of a binary number.
 fn percent(target: f64) -> String {
     let text = format!("{:.6}", 100.0 * target);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -309,7 +309,7 @@ mod tests {
         }
     }
 
-    /// What every engine needs for an error, in ms, the fastest first.
+    /// The time of every engine for an error, in ms, the fastest first.
     fn needed(rows: &[Row], target: f64) -> Vec<(String, f64)> {
         let advice = advise(&request(), rows);
         let of = advice
@@ -333,7 +333,7 @@ mod tests {
         ];
         let both = [("rust".to_owned(), 7.0), ("freefem".to_owned(), 51.0)];
         assert_eq!(needed(&rows, 0.01), both);
-        // A command that was run has the time that one may expect; one that reaches the error by far does not.
+        // A command that was run has the time to expect; one whose error is far below the target does not.
         assert_eq!(needed(&rows, 0.1)[0], ("rust".to_owned(), 4.0));
         rows.push(row("rust", Varied::Target, 64, 0.001, 0.100));
         assert_eq!(needed(&rows, 0.01), both);

@@ -1,5 +1,5 @@
-//! What is measured in which order: coarse meshes first over all engines and methods, so that a small budget gives a whole
-//! picture, then settings beside their neighbours, and at last what is to be advised.
+//! The order of measurements: coarse meshes first over all engines and methods, so that a small budget gives a complete
+//! picture, then variations of the settings, and finally the advised commands.
 
 use std::time::Instant;
 
@@ -23,7 +23,7 @@ use faceoff_fem::scene::MeshSource;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 
-/// Shares of the budget until which each part may begin something.
+/// Fractions of the budget until which each part may begin a measurement.
 const MESHES: f64 = 0.45;
 pub(super) const ADAPTIVE: f64 = 0.6;
 pub(super) const TOLERANCES: f64 = 0.66;
@@ -34,14 +34,14 @@ pub(super) const TARGETS: f64 = 1.0;
 
 /// The coarsest generated mesh.
 const FIRST: usize = 8;
-/// Meshes of every track that are measured whatever the budget: two make a picture.
+/// The number of meshes of every track that are measured regardless of the budget: two are enough for a picture.
 const ALWAYS: usize = 2;
-/// A companion's process may take what is left of the budget, and at least so many seconds.
+/// A companion's process may take the rest of the budget, and at least this many seconds.
 const LEAST_LIMIT: f64 = 60.0;
-/// How many times longer the next mesh is supposed to take before two were measured: four times the cells, and some.
+/// The predicted ratio of times for the next mesh before two were measured: four times the cells, and a margin.
 pub(super) const GROWTH: f64 = 5.0;
 
-/// What was measured, and the seconds that it took, evaluation included.
+/// A measurement, and its time in seconds, including evaluation.
 #[derive(Clone, Serialize, Deserialize)]
 struct Measured {
     cost: f64,
@@ -51,8 +51,8 @@ struct Measured {
 /// Measures until the budget is spent; the two coarsest meshes of everything in any case.
 ///
 /// # Errors
-/// An engine that is not there; a journal that cannot be used; an interruption. What a mesh, or a setting, refuses is
-/// noted in the outcome.
+/// An engine that is not installed; a journal that cannot be used; an interruption. Refused meshes and settings are
+/// recorded in the outcome.
 pub fn study(request: &StudyRequest, progress: &dyn Progress) -> Result<StudyOutcome> {
     let mut engines = Vec::new();
     for engine in &request.engines {
@@ -116,7 +116,7 @@ pub(super) struct Campaign<'a> {
     engines: Vec<(String, String)>,
     journal: Option<Journal>,
     pub rows: Vec<Row>,
-    /// Seconds that each row took, evaluation included.
+    /// The time of each row in seconds, including evaluation.
     pub costs: Vec<f64>,
     left_out: Vec<LeftOut>,
 }
@@ -139,7 +139,7 @@ impl<'a> Campaign<'a> {
         self.request.budget.as_secs_f64()
     }
 
-    /// May something that is predicted to take so long begin in a part that ends at this share of the budget?
+    /// May a measurement with this predicted time begin in a part that ends at this fraction of the budget?
     pub fn allows(&self, share: f64, seconds: f64) -> bool {
         self.elapsed() + seconds <= share * self.budget()
     }
@@ -161,7 +161,7 @@ impl<'a> Campaign<'a> {
         engines.map(|e| &**e).find(|e| e.is_own())
     }
 
-    /// What the Rust engine was measured with so far, and what each measurement cost.
+    /// All measurements of the Rust engine so far, with their times.
     pub fn of(
         &self,
         subject: &Subject,
@@ -175,8 +175,8 @@ impl<'a> Campaign<'a> {
         })
     }
 
-    /// What is made once of a setting, all of which is in `key` but the program: from the journal, or now. What is refused is left out, and
-    /// no row comes of it; nor of none, which is for want of time. The row's number.
+    /// Makes a row once per setting, whose description is `key` except for the program: from the journal, or now. Refused settings get
+    /// no row; nor do those for which `make` has no time. Returns the row's index.
     pub fn once(
         &mut self,
         what: String,
@@ -214,7 +214,7 @@ impl<'a> Campaign<'a> {
         Ok(None)
     }
 
-    /// Measures a setting; the row's number.
+    /// Measures a setting; returns the row's index.
     pub fn add(&mut self, setting: &Setting) -> Result<Option<usize>> {
         self.once(
             setting.title(),
@@ -265,7 +265,7 @@ impl<'a> Campaign<'a> {
     }
 
     fn next_mesh(&mut self, track: &mut Track<'a>) -> Result<()> {
-        // A file that does not say what n it counts as has one mesh.
+        // A file that does not state the n of its mesh has one mesh.
         let is_alone = track.setting.subject.scene.source().n().is_none();
         track.setting.n = Some(track.n).filter(|_| !is_alone);
         let predicted = match track.costs[..] {
@@ -289,13 +289,13 @@ impl<'a> Campaign<'a> {
     }
 }
 
-/// Where to begin.
+/// The coarsest n.
 fn first(subject: &Subject) -> usize {
     let scene = &subject.scene;
     match scene.source() {
         MeshSource::Union { n, cuboid } => {
             let coarse = if cuboid.dim == 3 { FIRST / 2 } else { FIRST };
-            // Sides that are split need a vertex there, which the scene's own n has.
+            // Sides that are split need a vertex there, which the scene's n has.
             if scene.has_mesh(coarse) { coarse } else { *n }
         }
         other => other.n().unwrap_or(1),
@@ -312,7 +312,7 @@ pub(super) fn dimension(subject: &Subject) -> usize {
     }
 }
 
-/// All that makes a scene what it is, a mesh file's content included.
+/// Everything that defines the scene, including the contents of a mesh file.
 ///
 /// # Errors
 /// A mesh file that cannot be read.

@@ -1,10 +1,10 @@
-//! The Pareto front: rows that nothing beats in both time and error.
+//! The Pareto front of time and error.
 
 use super::Norm;
 use super::row::{Row, Varied};
 
-/// Indices of the rows that are converged, judged, and beaten by no other of their scene: none is at most as slow and at
-/// most as wrong in the energy norm, and better in one.
+/// Indices of the rows that are converged, judged, and not dominated by another row of their scene: none is at most as slow and has at most
+/// the error in the energy norm, and is better in one.
 pub fn front(rows: &[Row]) -> Vec<usize> {
     front_in(rows, Norm::Energy)
 }
@@ -12,7 +12,7 @@ pub fn front(rows: &[Row]) -> Vec<usize> {
 /// The same in any norm.
 pub fn front_in(rows: &[Row], norm: Norm) -> Vec<usize> {
     let place = |row: &Row| {
-        // Extremes are not meant to be good, and what is advised has times of another kind.
+        // Extremes are not meant to be good, and advised commands measure time differently.
         let counts = row.converged && !matches!(row.varied, Varied::Gamma0 | Varied::Target);
         let error = row.error(norm).filter(|_| counts)?;
         Some((row.seconds.median, error))
@@ -48,7 +48,7 @@ mod tests {
         ];
         let mut rows: Vec<Row> = points.map(|(e, t)| sample(Varied::Mesh, e, t)).into();
         assert_eq!(front(&rows), [0, 4, 5]);
-        // What was not reached counts for nothing, nor does another scene.
+        // Unconverged rows and other scenes do not count.
         rows[0].converged = false;
         rows[4].scene = "other".into();
         assert_eq!(front(&rows), [1, 3, 4, 5]);

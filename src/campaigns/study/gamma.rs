@@ -1,5 +1,5 @@
-//! The paper asks for γ₀ "large enough": over how many decades the scheme can be solved, in how many steps, and where its
-//! error is the least that it can be.
+//! The paper requires γ₀ "large enough": the range of γ₀ for which the scheme can be solved, the number of steps, and the γ₀ with
+//! the least error.
 
 use serde::Serialize;
 
@@ -7,48 +7,48 @@ use super::advice::Norm;
 use super::row::{Row, Varied, tracks};
 use crate::run::Fit;
 
-/// An error above the least by less than this part is as good.
+/// An error that exceeds the least by less than this fraction is equivalent.
 const AS_GOOD: f64 = 0.1;
-/// Errors above the least by parts in this range show how the excess grows.
+/// Excess errors in this range show how the excess grows.
 const EXCESS: std::ops::Range<f64> = 2e-3..3.0;
 
 /// One method on one mesh over all γ₀.
 #[derive(Debug, Clone, Serialize)]
 pub struct Gammas {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
     /// The refinement.
     pub n: usize,
-    /// Values of γ₀.
+    /// The number of values of γ₀.
     pub tried: usize,
-    /// Those of them whose iteration reached its tolerance.
+    /// The number of those whose iteration reached its tolerance.
     pub solved: usize,
-    /// The fewest and the most of those that were solved.
+    /// The fewest and the most steps among those that were solved.
     pub steps: [usize; 2],
-    /// Of the error in the energy norm, or of its bound where u is not known.
+    /// For the error in the energy norm, or its bound if u is unknown.
     pub energy: Option<Safe>,
-    /// Of the error in L², where u is known.
+    /// For the error in L², if u is known.
     pub l2: Option<Safe>,
 }
 
-/// Where an error is the least.
+/// The γ₀ with the least error.
 #[derive(Debug, Clone, Serialize)]
 pub struct Safe {
     /// The least error.
     pub least: f64,
-    /// The lower end of the γ₀ about it up to which no error is larger by a tenth.
+    /// The lower end of the interval of γ₀ around it in which no error is larger by a tenth.
     pub from: f64,
     /// The upper end.
     pub to: f64,
-    /// The error less the least, over γ₀ below that of the least; none where it is not seen to grow.
+    /// The exponent of the excess error for γ₀ below the best; `None` if it is not seen to grow.
     pub below: Option<Fit>,
-    /// The same over γ₀ above it.
+    /// The same for γ₀ above it.
     pub above: Option<Fit>,
 }
 
-/// Of every track whose γ₀ was varied, on its finest mesh.
+/// For every track whose γ₀ was varied, on its finest mesh.
 pub fn gammas(rows: &[Row]) -> Vec<Gammas> {
     let of = |mut track: Vec<&Row>| {
         let n = track.iter().filter_map(|r| r.n).max()?;
@@ -71,7 +71,7 @@ pub fn gammas(rows: &[Row]) -> Vec<Gammas> {
     tracks.filter_map(of).collect()
 }
 
-/// `rows` by rising γ₀.
+/// `rows` by ascending γ₀.
 fn safe(rows: &[&Row], norm: Norm) -> Option<Safe> {
     let points = rows.iter().map(|r| Some((r.gamma0, r.error(norm)?)));
     let points: Vec<(f64, f64)> = points.collect::<Option<_>>()?;
@@ -103,7 +103,7 @@ mod tests {
     use super::super::row::sample;
     use super::*;
 
-    /// e = 1 + 0.5/γ₀ + 1e-6 γ₀: the least is at 1000, and within a tenth of it e is from 10 to 1e5.
+    /// e = 1 + 0.5/γ₀ + 1e-6 γ₀: the least is near 1000, and within a tenth of it e is from 10 to 1e5.
     #[test]
     fn the_range_and_its_constants_are_found() {
         let of = |k: i32| {
@@ -128,7 +128,7 @@ mod tests {
         assert!((below.exponent + 1.0).abs() < 0.1 && (below.constant - 0.5).abs() < 0.1);
     }
 
-    /// Errors that only flicker do not grow, nor do those that fall away from the least.
+    /// Errors that fluctuate do not grow, nor do those that fall away from the least.
     #[test]
     fn growth_is_told_where_it_is_seen() {
         let of = |k: i32| {

@@ -1,4 +1,4 @@
-//! One setting, measured: repeated for its time, judged by the truth and by the certificate.
+//! Measures one setting: repeats it for its time, and evaluates the error and the certificate.
 
 use std::time::{Duration, Instant};
 
@@ -12,11 +12,11 @@ use faceoff_fem::contact::{Method, Problem};
 use faceoff_fem::known::Truth;
 use faceoff_mesh::error::{Error, Result};
 
-/// Most repetitions of one measurement, and the least time over which a short one is repeated.
+/// The maximal number of repetitions, and the least total time of a short measurement.
 const REPEATS: usize = 7;
 const LONG_ENOUGH: f64 = 0.3;
 
-/// What is solved, and how.
+/// A problem with its solver.
 pub struct Setting<'a> {
     /// With its γ₀ and its rules.
     pub subject: &'a Subject,
@@ -24,7 +24,7 @@ pub struct Setting<'a> {
     pub method: Method,
     pub n: Option<usize>,
     pub varied: Varied,
-    /// What is set beside its neighbours.
+    /// The setting that is varied.
     pub variation: Option<Variation>,
     pub settings: Settings,
 }
@@ -35,7 +35,7 @@ impl Setting<'_> {
         setup.varied(self.variation.as_ref())
     }
 
-    /// All that makes it what it is, but for the engine's program.
+    /// Everything that defines it, except the engine's program.
     ///
     /// # Errors
     /// A mesh file that cannot be read.
@@ -70,14 +70,14 @@ impl Setting<'_> {
     }
 }
 
-/// One measurement; a companion's process may not take longer than `limit` seconds.
+/// One measurement; a companion's process may take at most `limit` seconds.
 ///
 /// # Errors
-/// What the scene, the engine and the truth refuse.
+/// Errors of the scene, the engine and the known solution.
 pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
     let own = setting.engine.is_own();
     let limit = Duration::try_from_secs_f64(limit).unwrap_or(setting.settings.time_limit);
-    // The system reports the largest of all children, and of each no less than what this process held when it started it.
+    // The system reports the maximum over all children, and for each at least the memory of this process when it started it.
     let before = peak_memory_mb(true).max(peak_memory_mb(false));
     let (mut times, mut start_ups) = (Vec::new(), Vec::new());
     let water = HighWater::begin().filter(|_| own);
@@ -107,7 +107,7 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
             continue;
         }
         if !own {
-            // A smaller one is not seen.
+            // A smaller value is not visible.
             memory = Some(peak_memory_mb(true)).filter(|peak| *peak > before);
         }
         let (name, truth) = (setting.engine.name(), setting.subject.truth.as_deref());
@@ -131,12 +131,12 @@ pub fn measure(setting: &Setting, limit: f64) -> Result<Row> {
     }
 }
 
-/// Does an answer that claims to have converged solve its scheme, as far as its increments were asked to be small?
+/// Does an answer that is reported as converged solve its scheme, as far as its increments were requested to be small?
 fn is_solved(residual: f64, settings: &Settings) -> bool {
     residual <= (1e3 * settings.stop.increment).max(1e-9)
 }
 
-/// What an answer is worth: all but its time and memory, and what bounds its error.
+/// The evaluation of an answer: everything except its time and memory, and the bound of its error.
 ///
 /// # Errors
 /// A known solution that is not finite.

@@ -1,5 +1,5 @@
-//! What each digit costs: every engine and method on rising meshes, and every setting beside its neighbours, measured;
-//! and advice that was measured as it is given.
+//! The cost of accuracy: measures every engine and method on finer and finer meshes and with varied settings,
+//! and gives advice that was measured as advised.
 
 mod adapted;
 mod advice;
@@ -34,36 +34,36 @@ pub use waste::{HARMLESS, Waste, value};
 use crate::engine::{Engine, Machine, Settings};
 use faceoff_fem::contact::Method;
 
-/// What is to be measured.
+/// The measurements to make.
 pub struct StudyRequest {
     /// Scenes.
     pub subjects: Vec<Subject>,
-    /// By which each is solved.
+    /// The methods for each scene.
     pub methods: Vec<Method>,
-    /// With which each is solved.
+    /// The engines for each.
     pub engines: Vec<Box<dyn Engine>>,
     /// Wall-clock time for everything: nothing is begun that is predicted to exceed it.
     pub budget: Duration,
-    /// No finer uniform meshes than this n.
+    /// The finest uniform meshes have this n.
     pub finest: usize,
-    /// Of every solve that does not vary them.
+    /// The settings of every solve that does not vary them.
     pub settings: Settings,
-    /// Where measurements are kept as they are made, and taken from.
+    /// Where measurements are stored as they are made, and read from.
     pub journal: Option<PathBuf>,
-    /// What runs a command as it is advised; none: advice has the times of this process.
+    /// Runs an advised command; `None`: advice has the times of this process.
     pub follow: Option<Box<Follow>>,
 }
 
-/// Everything that was measured, and what follows from it.
+/// All measurements, and the conclusions.
 #[derive(Debug, Serialize)]
 pub struct StudyOutcome {
-    /// Where it was measured.
+    /// The machine.
     pub machine: Machine,
     /// Engine and version.
     pub engines: Vec<(String, String)>,
-    /// Seconds that were allowed.
+    /// The time budget in seconds.
     pub budget: f64,
-    /// Seconds that were spent.
+    /// The time spent in seconds.
     pub spent: f64,
     /// Every measurement, in the order that they were made.
     pub rows: Vec<Row>,
@@ -71,22 +71,22 @@ pub struct StudyOutcome {
     pub front: Vec<usize>,
     /// One for each scene, engine and method.
     pub rates: Vec<Rates>,
-    /// Where time and memory have rates.
+    /// Fits of time and memory, where they exist.
     pub scaling: Vec<Scaling>,
-    /// Of every setting that was varied.
+    /// For every setting that was varied.
     pub waste: Vec<Waste>,
-    /// Where γ₀ was varied.
+    /// For every track whose γ₀ was varied.
     pub gammas: Vec<Gammas>,
     /// By scene, norm and error.
     pub advice: Vec<Advice>,
-    /// What was asked for and not measured, and why.
+    /// Requested measurements that were not made, and why.
     pub left_out: Vec<LeftOut>,
 }
 
 /// Something that was not measured.
 #[derive(Debug, Clone, Serialize)]
 pub struct LeftOut {
-    /// What was to be measured.
+    /// The measurement.
     pub what: String,
     /// Why it was not.
     pub why: String,

@@ -1,33 +1,33 @@
-//! Exponents of what was measured, by least squares in logarithms, with their spread.
+//! Exponents of measurements, by least squares in logarithms, with their confidence intervals.
 
 use serde::Serialize;
 
 use super::row::{Row, Varied, tracks};
 use crate::run::Fit;
 
-/// How errors, time and memory of one engine and method change with the mesh.
+/// The dependence of errors, time and memory of one engine and method on the mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct Rates {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
-    /// Errors over 1/n.
+    /// Exponent of the error in 1/n.
     pub h1: Option<Fit>,
-    /// The same in L², where u is known.
+    /// The same in L², if u is known.
     pub l2: Option<Fit>,
-    /// Over the number of dofs; none where noise hides it.
+    /// Exponent of time in the number of dofs; `None` if noise hides it.
     pub seconds: Option<Fit>,
-    /// Peak memory over the number of dofs; none where noise hides it.
+    /// Exponent of peak memory in the number of dofs; `None` if noise hides it.
     pub memory: Option<Fit>,
 }
 
-/// Of so many finest meshes time and memory are fitted: coarser ones are start-up.
+/// The number of finest meshes to which time and memory are fitted: coarser ones are dominated by start-up.
 pub(super) const COSTS: usize = 4;
 
-/// Time and memory of small meshes are start-up and noise: growth is told where it is seen, and known to a quarter.
+/// Time and memory of small meshes are start-up and noise: a growth rate is reported only if it is visible, and known to a quarter.
 fn is_seen(fit: &Fit) -> bool {
     fit.exponent > 0.0 && fit.excludes(0.0) && fit.spread.is_some_and(|spread| spread < 0.25)
 }

@@ -7,17 +7,17 @@ use serde::{Deserialize, Serialize};
 use super::Norm;
 use crate::engine::unique;
 
-/// What a row is varied in; everything else is as usual.
+/// What a row varies; all other settings are the defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Varied {
     /// Uniform meshes.
     Mesh,
-    /// A mesh and a tolerance chosen for an error that is wanted.
+    /// A mesh and a tolerance chosen for a target error.
     Target,
-    /// Meshes bisected where the bound is large: the time is for all meshes on the way, with their certificates.
+    /// Meshes refined where the bound is large: the time is for all intermediate meshes, with their certificates.
     Adaptive,
-    /// When the iteration stops.
+    /// The stopping tolerance of the iteration.
     Tolerance,
     /// The rule on Γ_C and Γ_N.
     ContactQuadrature,
@@ -32,73 +32,73 @@ pub enum Varied {
 /// One engine and method on one mesh with one setting.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Row {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
-    /// What this row is part of.
+    /// The series that this row belongs to.
     pub varied: Varied,
-    /// Of a uniform mesh.
+    /// The n of a uniform mesh.
     pub n: Option<usize>,
-    /// The certified accuracy that an adapted mesh was asked for.
+    /// The certified accuracy requested for an adapted mesh.
     pub accuracy: Option<f64>,
-    /// Of the mesh.
+    /// The number of cells.
     pub cells: usize,
-    /// Of the space, those on Γ_D among them.
+    /// The number of dofs of the space, including those on Γ_D.
     pub dofs: usize,
-    /// Relative increment at which the iteration stops.
+    /// The relative increment at which the iteration stops.
     pub tolerance: f64,
     /// γ₀ of γ = γ₀ h.
     pub gamma0: f64,
-    /// Name of the rule for (f, v).
+    /// The name of the rule for (f, v).
     pub load_quadrature: String,
-    /// Name of the rule on Γ_C and Γ_N.
+    /// The name of the rule on Γ_C and Γ_N.
     pub contact_quadrature: String,
-    /// What solved the linear systems; empty where the engine does not say.
+    /// The solver of the linear systems; empty if the engine does not report it.
     pub linear: String,
-    /// Of the factor; empty likewise.
+    /// The precision of the factorisation; empty likewise.
     pub precision: String,
-    /// Of the iteration.
+    /// Steps of the iteration.
     pub steps: usize,
     /// Did the iteration reach its tolerance?
     pub converged: bool,
-    /// Backward error of the scheme.
+    /// Backward error in the scheme.
     pub residual: f64,
-    /// ‖∇(u-u_h)‖_h / ‖∇u‖, where u is known.
+    /// ‖∇(u-u_h)‖_h / ‖∇u‖, if u is known.
     pub h1: Option<f64>,
-    /// ‖u-u_h‖ / ‖u‖, where u is known.
+    /// ‖u-u_h‖ / ‖u‖, if u is known.
     pub l2: Option<f64>,
-    /// The guaranteed bound of `h1`, where there is one.
+    /// The guaranteed bound of `h1`, if there is one.
     pub certified: Option<f64>,
     /// ‖u_h - ψ + [P(u_h)]₊‖ on Γ_C.
     pub contact_residual: f64,
     /// <∂ₙu_h, 1>_C
     pub contact_flux: f64,
-    /// Of mesh, assembly and solution, without start-up.
+    /// Time for mesh, assembly and solution, without start-up.
     pub seconds: Times,
-    /// Of a process of its own: from start to end, less `seconds`.
+    /// For a separate process: from start to end, minus `seconds`.
     pub start_up: Option<f64>,
-    /// Largest memory beyond what was held before; of another process all of it. None where that is not known.
+    /// Peak memory in addition to that held before; for a separate process all of it. `None` if it is unknown.
     pub memory_mb: Option<f64>,
 }
 
 /// Seconds over repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Times {
-    /// The mean of the middle two where they are even in number.
+    /// The median; for an even number the mean of the middle two.
     pub median: f64,
     /// The shortest.
     pub least: f64,
     /// The longest.
     pub most: f64,
-    /// How many times it was measured.
+    /// The number of repetitions.
     pub repeats: usize,
 }
 
 impl Times {
-    /// Of at least one time.
+    /// From at least one time.
     pub fn new(mut times: Vec<f64>) -> Self {
         times.sort_by(f64::total_cmp);
         let at = |k: usize| times.get(k).copied().unwrap_or(f64::NAN);
@@ -118,7 +118,7 @@ impl Times {
 }
 
 impl Row {
-    /// The relative error in a norm: the true one, or in the energy norm the bound where u is not known.
+    /// The relative error in a norm: the true one, or in the energy norm the bound if u is unknown.
     pub fn error(&self, norm: Norm) -> Option<f64> {
         match norm {
             Norm::Energy => self.h1.or(self.certified),
@@ -132,7 +132,7 @@ impl Row {
     }
 }
 
-/// The rows that are varied in one thing, by scene, engine and method.
+/// The rows that vary one thing, by scene, engine and method.
 pub fn tracks(rows: &[Row], varied: Varied) -> Vec<Vec<&Row>> {
     let all = || rows.iter().filter(|row| row.varied == varied);
     let tracks = unique(all().map(Row::track)).into_iter();
@@ -140,14 +140,14 @@ pub fn tracks(rows: &[Row], varied: Varied) -> Vec<Vec<&Row>> {
     tracks.map(of).collect()
 }
 
-/// The name that it has in JSON.
+/// The name in JSON.
 impl fmt::Display for Varied {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.serialize(f)
     }
 }
 
-/// A row of one scene, for tests of what is made of rows.
+/// A row of one scene, for tests of functions of rows.
 #[cfg(test)]
 pub fn sample(varied: Varied, error: f64, seconds: f64) -> Row {
     Row {

@@ -1,14 +1,14 @@
-//! Beyond what was measured: the largest problem that the machine's memory holds, and weak scaling on paper.
+//! Extrapolation: the largest problem that fits into the machine's memory, and a model of weak scaling.
 //!
-//! R ranks with as many dofs each as one machine now has solve a problem of R times the size. With work ~ dofs^p and memory ~
-//! dofs^q, shared evenly over a network that costs nothing,
+//! R ranks with the dofs of one machine each solve a problem of R times the size. With work ~ dofs^p and memory ~
+//! dofs^q, shared evenly over a network without cost,
 //!
 //! ```text
 //! time ~ R^(p-1),   memory of a rank ~ R^(q-1),   efficiency R^(1-p)
 //! ```
 //!
-//! A factor by nested dissection tends to p = 3/2, q = 1 in 2D and to p = 2, q = 4/3 in 3D (A. George, SIAM J. Numer.
-//! Anal. 10, 1973), multigrid to p = q = 1: what no network mends is seen before a cluster is asked.
+//! A factorisation by nested dissection tends to p = 3/2, q = 1 in 2D and to p = 2, q = 4/3 in 3D (A. George, SIAM J. Numer.
+//! Anal. 10, 1973), multigrid to p = q = 1: the model shows limits that no network removes, before a cluster is used.
 
 use serde::Serialize;
 
@@ -21,16 +21,16 @@ pub const RANKS: [u32; 4] = [4, 16, 64, 256];
 /// No machine has more ranks.
 const OUT_OF_REACH: f64 = 1e6;
 
-/// What the fits of one engine and method say of more.
+/// The extrapolation from the fits of one engine and method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Scaling {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
-    /// The coarsest mesh of the fit of time; the finest mesh that was measured is the other end.
+    /// The coarsest mesh in the fit of time; the finest measured mesh is the other end.
     pub from_dofs: usize,
     /// The finest mesh that was measured.
     pub dofs: usize,
@@ -38,19 +38,19 @@ pub struct Scaling {
     pub seconds: f64,
     /// Peak memory on that mesh.
     pub memory_mb: f64,
-    /// Dofs that this machine's memory holds.
+    /// Dofs that fit into this machine's memory.
     pub most_dofs: Option<f64>,
-    /// Seconds that they take.
+    /// The predicted time for them in seconds.
     pub most_seconds: Option<f64>,
-    /// Seconds on 4, 16, 64 and 256 ranks with the dofs of the finest mesh each.
+    /// Seconds on 4, 16, 64 and 256 ranks, each with the dofs of the finest mesh.
     pub rank_seconds: [f64; 4],
     /// Memory of each of those ranks.
     pub rank_memory_mb: [f64; 4],
-    /// Ranks at which half of the time is lost; none where the time is not seen to grow faster than the dofs, or that is out of reach.
+    /// Ranks at which the efficiency is one half; `None` if the time is not seen to grow faster than the dofs, or if that number is out of range.
     pub half_efficient: Option<f64>,
 }
 
-/// Of every track with a fit of time and memory. `memory_mb` is that of the machine.
+/// For every track with a fit of time and memory. `memory_mb` is that of the machine.
 pub fn scaling(rows: &[Row], rates: &[Rates], memory_mb: Option<f64>) -> Vec<Scaling> {
     rates
         .iter()
@@ -64,7 +64,7 @@ pub fn scaling(rows: &[Row], rates: &[Rates], memory_mb: Option<f64>) -> Vec<Sca
             let finest = *track.last()?;
             let from_dofs = track[track.len().saturating_sub(COSTS)].dofs;
             let now = finest.memory_mb?;
-            // Less than linear is start-up that is still to be outgrown, more than a factor in 3D is noise.
+            // A sublinear fit is start-up, and one above the exponent of a factorisation in 3D is noise.
             let p = time.exponent.clamp(1.0, 2.0);
             let q = memory.exponent.clamp(1.0, 4.0 / 3.0);
             let half = time.excludes(1.0).then(|| 2.0_f64.powf(1.0 / (p - 1.0)));
@@ -103,7 +103,7 @@ mod tests {
         }
     }
 
-    /// Time as dofs^1.5 and memory as dofs: 100 times the memory holds 100 times the dofs in 1000 times the time, and the time
+    /// Time like dofs^1.5 and memory like dofs: 100 times the memory holds 100 times the dofs in 1000 times the time, and the time
     /// of 4 ranks is twice that of one.
     #[test]
     fn powers_are_followed() {
@@ -120,7 +120,7 @@ mod tests {
         assert!(near(s.half_efficient.unwrap(), 4.0));
     }
 
-    /// Memory that seems to grow faster than that of any factor is noise.
+    /// Memory that seems to grow faster than that of any factorisation is noise.
     #[test]
     fn exponents_are_those_that_there_are() {
         let rows = [1, 2, 4, 8].map(|k| row(1000 * k, (k as f64).powf(0.5), (k * k) as f64));

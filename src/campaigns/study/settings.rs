@@ -1,4 +1,4 @@
-//! Settings beside their neighbours: what the Rust engine has measured already, with one thing else.
+//! Variations of settings: repeats measurements of the Rust engine with one setting changed.
 
 use super::StudyRequest;
 use super::campaign::{Campaign, GAMMAS, RULES, SOLVERS, TOLERANCES, dimension};
@@ -11,7 +11,7 @@ use faceoff_fem::linear::{self, Precision, Solver};
 use faceoff_fem::quadrature;
 use faceoff_mesh::error::Result;
 
-/// The n near which settings are varied.
+/// Settings are varied near this n.
 const USUAL: usize = 64;
 /// Decades of the tolerances.
 const DECADES: std::ops::RangeInclusive<i32> = 2..=12;
@@ -27,7 +27,7 @@ impl Campaign<'_> {
         })
     }
 
-    /// 24 decades, of the penalty-free methods, on two meshes: the order of the error depends on γ₀ as well.
+    /// 24 decades for the penalty-free methods, on two meshes: the order of the error depends on γ₀ as well.
     pub fn gammas(&mut self) -> Result<()> {
         let request = self.request;
         let asked = |m: &Method| request.methods.contains(m);
@@ -74,7 +74,7 @@ impl Campaign<'_> {
         })
     }
 
-    /// Measures the variations of each track as a whole, on one mesh for all methods where the budget has room for that.
+    /// Measures the variations of each track as a whole, on the same mesh for all methods if the budget allows that.
     fn vary(
         &mut self,
         share: f64,
@@ -128,7 +128,7 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// The meshes of a track up to the usual n, the finest first, and what each cost.
+    /// The meshes of a track up to the usual n, the finest first, with their times.
     fn meshes_of(&self, subject: &Subject, method: Method) -> Vec<(usize, f64)> {
         let rows = self.of(subject, method, Varied::Mesh);
         let meshes = rows.filter_map(|(row, cost)| Some((row.n?, cost)));

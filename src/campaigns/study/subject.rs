@@ -1,4 +1,4 @@
-//! A scene with what is known of its solution.
+//! A scene with its known solution.
 
 use std::sync::Arc;
 
@@ -6,24 +6,24 @@ use faceoff_fem::known::Truth;
 use faceoff_fem::scene::Scene;
 use faceoff_mesh::error::Result;
 
-/// A scene, and its truth.
+/// A scene, and what is known about its solution.
 #[derive(Clone)]
 pub struct Subject {
-    /// The name or the path that it was found by.
+    /// The name or the path under which it was found.
     pub argument: String,
     /// The problem.
     pub scene: Scene,
-    /// Does its mesh lie where the user had to allow it?
+    /// Is its mesh outside of the allowed folder, with the user's permission?
     pub is_trusted: bool,
-    /// Where it is known; else only bounds of the error are to be had.
+    /// The solution, if it is known; otherwise there are only bounds of the error.
     pub truth: Option<Arc<Truth>>,
 }
 
 impl Subject {
-    /// A scene that was found by a name or a path.
+    /// Finds a scene by its name or path.
     ///
     /// # Errors
-    /// Those of [`Truth::of`].
+    /// Errors of [`Truth::of`].
     pub fn new(argument: &str, scene: Scene, is_trusted: bool) -> Result<Self> {
         Ok(Subject {
             argument: argument.to_owned(),

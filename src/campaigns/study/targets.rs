@@ -1,5 +1,5 @@
-//! For each error that may be wanted: the way that measured rows predict to be the fastest, measured as it would be typed.
-//! What turns out to miss its error gets a finer mesh, up to the one that was measured to reach it.
+//! For each target error: the way that measured rows predict to be the fastest, measured with the advised command.
+//! If it misses the target, a finer mesh is tried, up to the one that was measured to reach it.
 
 use super::advice::{NORMS, Norm, TARGETS, words};
 use super::campaign::{self, Campaign};
@@ -11,47 +11,47 @@ use faceoff_fem::contact::Method;
 use faceoff_fem::scene::MeshSource;
 use faceoff_mesh::error::Result;
 
-/// Meshes are chosen for this part of the error: between two measured ones the place of a transition in its cell moves
+/// Meshes are chosen for this fraction of the error, since between two measured meshes the position of a transition in its cell changes
 /// the error a little.
 const AIM: f64 = 0.97;
-/// Ways that are predicted to take up to so many times longer than the fastest are measured as well.
+/// Ways that are predicted to take up to this many times longer than the fastest are measured as well.
 const CLOSE: f64 = 1.2;
-/// Meshes that are tried for one error, and how much finer each is.
+/// The number of meshes that are tried for one error, and the refinement between them.
 const TRIES: usize = 6;
 const FINER: f64 = 1.04;
-/// How often a command is followed, and the seconds after which it is enough.
+/// The number of repetitions of a command, and the total time in seconds after which they end.
 const FOLLOWED: usize = 5;
 const LONG_ENOUGH: f64 = 3.0;
-/// Seconds that a process may take to start.
+/// The time in seconds that a process may take to start.
 const START: f64 = 0.1;
-/// A looser tolerance is advised where it takes this part of the time off.
+/// A looser tolerance is advised if it saves this fraction of the time.
 const WORTH: f64 = 1.02;
 
-/// What a command took.
+/// The cost of a command.
 #[derive(Debug, Clone, Copy)]
 pub struct Followed {
-    /// As the command itself reports them: mesh, assembly and solution.
+    /// In seconds, as the command reports it: mesh, assembly and solution.
     pub seconds: f64,
-    /// Peak of its process.
+    /// The peak memory of its process.
     pub memory_mb: f64,
 }
 
-/// Runs the program with these words.
+/// Runs the program with these arguments.
 pub type Follow = dyn Fn(&[String]) -> Result<Followed>;
 
-/// How an error is predicted to be reached.
+/// The predicted way to reach an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Way {
     method: Method,
     mesh: Mesh,
     seconds: f64,
-    /// Seconds of a measurement, evaluation included.
+    /// The time of a measurement in seconds, including evaluation.
     cost: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Mesh {
-    /// This n, at most the finest, which was measured to do.
+    /// This n, at most the finest, which was measured to reach it.
     Uniform {
         n: Option<usize>,
         finest: Option<usize>,
@@ -102,7 +102,7 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// What was measured so far of the Rust engine's ways to an error.
+    /// The Rust engine's ways to an error that were measured so far.
     fn ways(&self, subject: &Subject, norm: Norm, target: f64) -> Vec<Way> {
         let mut ways = Vec::new();
         if self.rust().is_none() {
@@ -146,7 +146,7 @@ impl Campaign<'_> {
         let usual = self.request.settings.stop.increment;
         let mut tolerance = self.enough(subject, method).unwrap_or(usual);
         for k in 0..TRIES {
-            // Something measured may do already.
+            // An existing measurement may suffice.
             let known = |r: &Row| r.accuracy.is_none() && r.n == n && r.tolerance == tolerance;
             let is_below = |error: f64| error <= target;
             let reaches = |r: &Row| known(r) && r.converged && r.error(norm).is_some_and(is_below);
@@ -170,7 +170,7 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// Measures a mesh and a tolerance as they would be typed; false where that is refused.
+    /// Measures a mesh and a tolerance with the command; false if it is refused.
     fn sized(
         &mut self,
         subject: &Subject,
@@ -205,7 +205,7 @@ impl Campaign<'_> {
         Ok(made.is_some())
     }
 
-    /// Puts time and memory of the command that solves as a row was in the place of the row's own.
+    /// Replaces the row's time and memory by those of the command that solves as the row did.
     pub fn follow(&self, subject: &Subject, row: &mut Row) -> Result<()> {
         let Some(follow) = &self.request.follow else {
             return Ok(());
@@ -224,7 +224,7 @@ impl Campaign<'_> {
         Ok(())
     }
 
-    /// The loosest tolerance that costs no accuracy, where that saves time.
+    /// The loosest tolerance that costs no accuracy, if that saves time.
     fn enough(&self, subject: &Subject, method: Method) -> Option<f64> {
         let rows = self.of(subject, method, Varied::Tolerance);
         let rows: Vec<Row> = rows.map(|(row, _)| row.clone()).collect();
@@ -234,7 +234,7 @@ impl Campaign<'_> {
     }
 }
 
-/// The next mesh there is.
+/// The next existing mesh.
 fn finer(subject: &Subject, n: Option<usize>, finest: Option<usize>) -> Option<usize> {
     let (n, finest) = n.zip(finest)?;
     let wanted = ((n as f64 * FINER).ceil() as usize).max(n + 1);
@@ -243,7 +243,7 @@ fn finer(subject: &Subject, n: Option<usize>, finest: Option<usize>) -> Option<u
         .or(Some(finest))
 }
 
-/// The coarsest mesh from which on the error is predicted to be below the target; `track` by rising cells, with costs.
+/// The coarsest mesh from which on the error is predicted to be below the target; `track` by ascending cells, with costs.
 fn cheapest(
     subject: &Subject,
     method: Method,
@@ -263,7 +263,7 @@ fn cheapest(
         cost,
     };
     let as_measured = Some(way(row.n, row.seconds.median));
-    // Meshes from files exist at the measured fineness only.
+    // Meshes from files exist only at the measured fineness.
     if fine == 0 || !matches!(subject.scene.source(), MeshSource::Union { .. }) {
         return as_measured;
     }
@@ -315,7 +315,7 @@ mod tests {
         assert_eq!(way(&first, 0.01), Some((64, 64)));
         assert_eq!(way(&first, 0.009), None);
         assert_eq!(way(&first, 0.5), Some((8, 8)));
-        // A coarse mesh that is good by luck does not count.
+        // A coarse mesh that is accurate by chance does not count.
         let lucky = [(8, 0.01), (16, 0.04), (32, 0.02)];
         assert_eq!(way(&lucky, 0.02), Some((32, 32)));
     }

@@ -1,38 +1,38 @@
-//! What a setting buys: the cheapest value that costs no accuracy.
+//! The benefit of a setting: the cheapest value that costs no accuracy.
 
 use serde::Serialize;
 
 use super::NORMS;
 use super::row::{Row, Varied, tracks};
 
-/// An error that is larger by less than this part is the same.
+/// Errors that differ by less than this fraction are equal.
 pub const HARMLESS: f64 = 0.01;
 
 /// One setting over its values, of one method on one mesh.
 #[derive(Debug, Clone, Serialize)]
 pub struct Waste {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
     /// The refinement.
     pub n: usize,
     /// The setting.
     pub varied: Varied,
-    /// The loosest tolerance, or the rule with fewest points, whose errors are those of the most exact within 1 %.
+    /// The loosest tolerance, or the rule with fewest points, whose errors equal those of the most exact within 1 %.
     pub enough: String,
     /// The most exact value that was measured.
     pub most_exact: String,
-    /// How many times longer it takes than `enough`.
+    /// The ratio of its time to that of `enough`.
     pub time_ratio: f64,
-    /// Between the fastest of its repetitions over the slowest of those of `enough`, and the slowest over the fastest.
+    /// The interval of that ratio over the repetitions: from fastest over slowest to slowest over fastest.
     #[serde(skip)]
     pub time_range: [f64; 2],
-    /// By what part an error is larger with the worst value.
+    /// The relative increase of the error with the worst value.
     pub worst_change: f64,
 }
 
-/// Tolerances and rules, each track by itself. Rows of a track stand from loose to exact.
+/// For tolerances and rules, by track. The rows of a track are ordered from loose to exact.
 pub fn waste(rows: &[Row]) -> Vec<Waste> {
     let kinds = [
         Varied::Tolerance,
@@ -46,7 +46,7 @@ pub fn waste(rows: &[Row]) -> Vec<Waste> {
             let changes = norms.filter_map(|norm| Some(r.error(norm)? / exact.error(norm)? - 1.0));
             changes.fold(0.0, f64::max)
         };
-        // All from `enough` on are harmless, so that one lucky value does not count.
+        // All from `enough` on are equivalent, so that one value that is good by chance does not count.
         let harmful = track.iter().rposition(|r| !(change(r) < HARMLESS));
         let enough = track[harmful.map_or(0, |k| k + 1).min(track.len() - 1)];
         Some(Waste {
@@ -68,7 +68,7 @@ pub fn waste(rows: &[Row]) -> Vec<Waste> {
     tracks.filter_map(of).collect()
 }
 
-/// The value of what a row is varied in.
+/// The value of the varied setting of a row.
 pub fn value(row: &Row) -> String {
     match row.varied {
         Varied::Tolerance => format!("{:e}", row.tolerance),
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn enough_is_what_stays_enough() {
-        // 1e-2 is as good by luck, 1e-3 is not, and from 1e-4 on nothing is gained.
+        // 1e-2 is accurate by chance, 1e-3 is not, and from 1e-4 on the error stays the same.
         let errors = [
             (1e-2, 0.1),
             (1e-3, 0.2),

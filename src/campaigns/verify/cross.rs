@@ -1,10 +1,10 @@
-//! Other scheme, same problem: methods judged by certified bounds of their errors.
+//! Different schemes for the same problem: methods judged by certified bounds of their errors.
 //!
-//! ‖∇(u_a - u_b)‖ ≤ bound_a + bound_b holds for any two fields whose bounds are guaranteed, right or wrong
-//! ones: a distance beyond the sum would prove the bounds wrong. A wrong field shows in that its bound
-//! is large. So one that does not solve its scheme is held against what constants on the cells are shown to reach: an honest field
-//! of these methods exceeds that by no more than 2 on the scenes whose solution is known. One that solves its scheme may exceed it
-//! as well, where the method is inaccurate, as the penalty-free law is for a small γ.
+//! ‖∇(u_a - u_b)‖ ≤ bound_a + bound_b holds for any two fields whose bounds are guaranteed, whether right or wrong:
+//! a distance beyond the sum would prove the bounds wrong. A wrong field is recognised by
+//! a large bound. So a field that does not solve its scheme is compared with the proven best bound of constants on the cells: a right field
+//! of these methods exceeds that by a factor of at most 2 on the scenes whose solution is known. One that solves its scheme may exceed it
+//! as well if the method is inaccurate, as the penalty-free law is for a small γ.
 
 use std::borrow::Cow;
 
@@ -19,21 +19,21 @@ use faceoff_mesh::error::Result;
 
 use super::{CaseOutcome, EngineOutcome};
 
-/// A bound beyond this many of that of constants on the cells says that the field is not as good as its mesh.
+/// If a bound exceeds that of constants on the cells by this factor, the field is less accurate than the mesh allows.
 pub const STANDS_OUT: f64 = 4.0;
 
 /// Two methods, each by some engine, on one scene and mesh.
 #[derive(Debug, Serialize)]
 pub struct CrossOutcome {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// The refinement, where the scene has one.
+    /// The refinement, if the scene has one.
     pub n: Option<usize>,
     /// The first.
     pub a: Source,
     /// The second.
     pub b: Source,
-    /// None where there is no certificate.
+    /// `None` if there is no certificate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub judged: Option<Judged>,
     /// Why there is none.
@@ -41,12 +41,12 @@ pub struct CrossOutcome {
     pub no_certificate: Option<String>,
 }
 
-/// Who solved it how.
+/// An engine with a method.
 #[derive(Debug, Clone, Serialize)]
 pub struct Source {
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
 }
 
@@ -55,21 +55,21 @@ pub struct Source {
 pub struct Judged {
     /// ‖∇(u_a - u_b)‖
     pub distance: f64,
-    /// ‖∇(u - u_a)‖ and ‖∇(u - u_b)‖ are at most these.
+    /// Bounds of ‖∇(u - u_a)‖ and ‖∇(u - u_b)‖.
     pub bounds: [f64; 2],
-    /// Their sum less the distance.
+    /// Their sum minus the distance.
     pub slack: f64,
-    /// The bound of constants on the cells, the best that any field on this mesh gives.
+    /// The bound of constants on the cells, the best for any field on this mesh.
     pub best: f64,
     /// ‖∇u‖ is at least this.
     pub gradient: f64,
-    /// They disagree where the distance exceeds the sum of the bounds, or where one that does not solve its scheme has a
+    /// They disagree if the distance exceeds the sum of the bounds, or if one that does not solve its scheme has a
     /// bound beyond [`STANDS_OUT`] times `best`.
     pub verdict: Verdict,
 }
 
-/// For each scene, mesh and pair of methods the pair of engines that a reader must see first, and how many there
-/// are: codes with the same scheme give the same to many digits.
+/// For each scene, mesh and pair of methods, the pair of engines to show first, and the number of
+/// pairs: codes with the same scheme agree to many digits.
 pub fn telling(cross: &[CrossOutcome]) -> Vec<(&CrossOutcome, usize)> {
     let same = |a: &CrossOutcome, b: &CrossOutcome| {
         let methods = |c: &CrossOutcome| [c.a.method.clone(), c.b.method.clone()];
@@ -98,7 +98,7 @@ struct Certified<'a> {
 /// All pairs of different methods on the same scene and mesh, over all engines.
 ///
 /// # Errors
-/// Those of the linear solver. Where there is no certificate the outcome says why.
+/// Errors of the linear solver. If there is no certificate, the outcome states why.
 pub(super) fn judge_methods(
     cases: &[&Case],
     outcomes: &[CaseOutcome],
@@ -194,7 +194,7 @@ fn judge(
     (best, gradient): (f64, f64),
 ) -> Judged {
     let slack = bounds[0] + bounds[1] - distance;
-    // Rounding of two equal fields on a mesh that holds the solution.
+    // Rounding between two equal fields on a mesh whose space contains the solution.
     let rounding = 1e-10 * gradient;
     let as_good = |bound: f64| bound <= STANDS_OUT * best + rounding;
     let stand = (bounds.iter().zip(solve)).all(|(bound, solves)| solves || as_good(*bound));

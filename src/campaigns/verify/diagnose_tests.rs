@@ -1,4 +1,4 @@
-//! Codes with one known fault each, and what is named for it.
+//! Codes with one known fault each, and the diagnosis for it.
 
 use super::{VerifyRequest, diagnose, verify};
 use crate::why::{Change, Diagnosis, Ingredient};
@@ -11,7 +11,7 @@ use faceoff_mesh::error::Result;
 
 const N: usize = 6;
 
-/// The Rust solver with something done to the problem, the rule to stop or the answer.
+/// The Rust solver with a modified problem, stopping criterion or answer.
 struct Faulty {
     name: &'static str,
     discretisation: fn(&mut Discretisation),
@@ -49,9 +49,9 @@ impl Engine for Faulty {
             let linear = settings.linear;
             let mut found = solve_by(&problem, settings.iteration, stop, linear, told)?;
             (self.change)(&case.problem, &mut found.u);
-            // It says so whatever it did.
+            // It reports that regardless of the modification.
             found.converged = true;
-            // The residual is that in the scheme that was asked for.
+            // The residual is that in the requested scheme.
             found.backward_error = of_case.backward_error(&found.u).0;
             Ok(Answer::new(found))
         });
@@ -70,7 +70,7 @@ const HONEST: Faulty = Faulty {
     change: |_, _| {},
 };
 
-/// What is named, and the sentence, for the one pair of these two.
+/// The named cause, and the sentence, for the one pair of these two.
 fn named(a: Faulty, b: Faulty) -> (Vec<String>, String) {
     named_on("one-zone", a, b)
 }
@@ -114,7 +114,7 @@ fn named_on(scene: &str, a: Faulty, b: Faulty) -> (Vec<String>, String) {
     (names, found.sentence().to_string())
 }
 
-/// The scene, what is to be named, what a code does otherwise, and how that is reported.
+/// The scene, the expected cause, the fault of a code, and the expected sentence.
 type Otherwise = (
     &'static str,
     &'static str,
@@ -138,7 +138,7 @@ fn what_of_the_scheme_a_code_does_otherwise_is_named_with_what_it_does() {
             "gauss-2",
         ),
         ("one-zone", "γ", |s| s.gamma0 = 77.0, "γ₀ = 77"),
-        // Where cells differ in size.
+        // The cells differ in size.
         (
             "plate",
             "h",
@@ -182,7 +182,7 @@ fn signs_and_data_that_are_left_out_are_named() {
         assert_eq!(names[0], "f", "{sentence}");
         assert!(sentence.contains(what), "{sentence}");
     }
-    // θ₁ = -1 in place of 1.
+    // θ₁ = -1 instead of 1.
     let theta = Faulty {
         name: "other",
         discretisation: |d| d.method = "cr(-1,1)".parse().unwrap(),
@@ -240,7 +240,7 @@ fn an_inaccurate_factor_of_the_rust_engine_is_the_linear_solvers() {
 
 #[test]
 fn of_two_answers_to_one_linear_system_none_is_to_blame() {
-    // Where g = ψ = 0 the scheme scales with u but for the load, which is at most half of all terms of a row: the
+    // With g = ψ = 0 the scheme scales with u except for the load, which is at most half of all terms of a row: the
     // backward error is at most half of this factor, and so below 1e-12.
     let smooth = Faulty {
         name: "smooth",

@@ -1,4 +1,4 @@
-//! The main job: all engines on all scenes, every pair judged.
+//! The main campaign: all engines on all scenes, with a verdict on every pair.
 
 mod cross;
 #[cfg(test)]
@@ -29,24 +29,24 @@ use faceoff_mesh::field::FaceFields;
 pub use cross::{CrossOutcome, Judged, STANDS_OUT, Source, telling};
 pub use settle::Settled;
 
-/// What is to be verified.
+/// The cases and engines to verify.
 pub struct VerifyRequest<'a> {
     /// Each is solved by every method.
     pub scenes: Vec<Scene>,
-    /// By which each scene is solved.
+    /// The methods for each scene.
     pub methods: Vec<Method>,
-    /// Refinements; none: each scene's own.
+    /// Refinements; `None`: those of each scene.
     pub n: Vec<usize>,
-    /// At least two, of different names.
+    /// At least two, with different names.
     pub engines: Vec<&'a dyn Engine>,
-    /// Of every engine.
+    /// The settings of every engine.
     pub settings: Settings,
-    /// Where answers are kept as they come, and taken from.
+    /// Where answers are stored as they come, and read from.
     pub journal: Option<PathBuf>,
 }
 
 impl VerifyRequest<'_> {
-    /// The refinements of a scene: its own, or those asked for where it has one.
+    /// The refinements of a scene: its own, or the requested ones if it can be refined.
     pub fn levels(&self, scene: &Scene) -> Vec<Option<usize>> {
         match scene.source().n() {
             Some(_) if !self.n.is_empty() => self.n.iter().map(|&n| Some(n)).collect(),
@@ -55,16 +55,16 @@ impl VerifyRequest<'_> {
     }
 }
 
-/// Everything that was found.
+/// The result of a run.
 #[derive(Debug, Serialize)]
 pub struct VerifyOutcome {
-    /// The worst of all.
+    /// The worst verdict of all.
     pub verdict: Verdict,
     /// By scene, then refinement, then method.
     pub cases: Vec<CaseOutcome>,
-    /// Methods against each other, by certified bounds.
+    /// Methods compared with each other, by certified bounds.
     pub cross: Vec<CrossOutcome>,
-    /// Engines that gave no answer that counts, and why.
+    /// Engines without a valid answer, and why.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub failures: Vec<Failure>,
 }
@@ -72,38 +72,38 @@ pub struct VerifyOutcome {
 /// One scene, method and mesh.
 #[derive(Debug, Serialize)]
 pub struct CaseOutcome {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
-    /// The refinement, where the scene has one.
+    /// The refinement, if the scene has one.
     pub n: Option<usize>,
-    /// Those of the mesh, inside and on the boundary.
+    /// The number of faces of the mesh, interior and boundary.
     pub faces: usize,
-    /// Of the mesh.
+    /// The number of cells.
     pub cells: usize,
-    /// Of the space, those on Γ_D among them.
+    /// The number of dofs of the space, including those on Γ_D.
     pub dofs: usize,
-    /// Those on Γ_C.
+    /// The number of faces on Γ_C.
     pub contact_faces: usize,
     /// BLAKE3 of the mesh that every engine got, in hexadecimal.
     pub mesh_digest: String,
-    /// The worst of engines and pairs.
+    /// The worst verdict of engines and pairs.
     pub verdict: Verdict,
-    /// Those that answered.
+    /// The engines that answered.
     pub engines: Vec<EngineOutcome>,
     /// Every field of every two of them.
     pub pairs: Vec<PairOutcome>,
-    /// Pairs whose answers both solve the scheme and are farther apart than the fixed tolerance.
+    /// Pairs whose answers both solve the scheme and differ by more than the fixed tolerance.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub settled: Vec<Settled>,
-    /// The fields that were compared, one set an engine.
+    /// The fields that were compared, one set per engine.
     #[serde(skip)]
     pub setup: Setup,
-    /// Of each engine, in the order of `engines`.
+    /// The answer of each engine, in the order of `engines`.
     #[serde(skip)]
     pub fields: Vec<FaceFields>,
-    /// How the Rust engine solved it, where it did.
+    /// How the Rust engine solved it, if it did.
     #[serde(skip)]
     pub explanation: Option<Explanation>,
 }
@@ -111,15 +111,15 @@ pub struct CaseOutcome {
 /// One engine's answer to a case.
 #[derive(Debug, Serialize)]
 pub struct EngineOutcome {
-    /// Its name.
+    /// The name of the engine.
     pub engine: String,
-    /// As it reports it.
+    /// The version that it reports.
     pub version: String,
-    /// Steps that it took.
+    /// The number of steps that it took.
     pub iterations: usize,
     /// The relative increment of each step.
     pub increments: Vec<f64>,
-    /// Does it say that its iteration reached the tolerance?
+    /// Does it report that its iteration reached the tolerance?
     pub converged: bool,
     /// Seconds that the engine spent on the case, all phases together.
     pub seconds: f64,
@@ -127,16 +127,16 @@ pub struct EngineOutcome {
     pub phases: BTreeMap<String, f64>,
     /// Backward error, recomputed here.
     pub residual: f64,
-    /// Where it is largest.
+    /// The row with the largest backward error.
     pub residual_at: Option<Vec<f64>>,
     /// Are all of its dofs finite?
     pub finite: bool,
     /// Does it solve the scheme?
     pub verdict: Verdict,
-    /// What is wrong with an answer that does not solve the scheme.
+    /// The fault of an answer that does not solve the scheme.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub findings: Option<Findings>,
-    /// u_h, and all that the engine says of it.
+    /// u_h, with all data that the engine reports.
     #[serde(skip)]
     pub answer: Arc<Answer>,
 }
@@ -148,7 +148,7 @@ pub struct PairOutcome {
     pub a: String,
     /// The second.
     pub b: String,
-    /// How far they are apart in it.
+    /// The difference in this field.
     #[serde(flatten)]
     pub field: FieldVerdict,
 }
@@ -176,12 +176,12 @@ impl VerifyOutcome {
         self.cases.iter().flat_map(|case| &case.pairs)
     }
 
-    /// The engines that answered anything.
+    /// The engines that answered at least one case.
     pub fn engines(&self) -> Vec<&str> {
         unique(self.answers().map(|e| &*e.engine))
     }
 
-    /// Those whose answers do not all solve their schemes.
+    /// Those with an answer that does not solve its scheme.
     pub fn at_fault(&self) -> Vec<&str> {
         let answers = self.answers();
         unique(answers.filter(|e| !e.verdict.passes()).map(|e| &*e.engine))
@@ -200,7 +200,7 @@ impl CaseOutcome {
         label(&self.scene, &self.method, self.n)
     }
 
-    /// The engine that is shown beside the one at fault: the first that is right.
+    /// The engine to compare with the one at fault: the first that is right.
     pub fn reference(&self, fault: &[&str]) -> Option<&EngineOutcome> {
         self.engines.iter().find(|e| !fault.contains(&&*e.engine))
     }
@@ -209,7 +209,7 @@ impl CaseOutcome {
 /// Runs every engine on every case and judges.
 ///
 /// # Errors
-/// Scenes that are not valid on their meshes; a method that an engine does not have; an interruption. An engine that fails is no error
+/// Scenes that are not valid on their meshes; a method that an engine does not have; an interruption. An engine that fails is not an error
 /// but makes the verdict undetermined.
 pub fn verify(request: &VerifyRequest, progress: &dyn Progress) -> Result<VerifyOutcome> {
     let names = request.engines.iter().map(|engine| engine.name());
@@ -268,11 +268,11 @@ fn setups(request: &VerifyRequest) -> Result<Vec<Setup>> {
     Ok(setups)
 }
 
-/// Why codes differ, for every pair of every case that disagrees and where no change of the scheme explains it: both run
+/// Why codes differ, for every pair of every case that disagrees without a change of the scheme that explains it: both run
 /// again.
 ///
 /// # Errors
-/// An interruption. What cannot be run with something changed is left out.
+/// An interruption. Runs that a change makes impossible are left out.
 pub fn diagnose(request: &VerifyRequest, outcome: &VerifyOutcome) -> Result<Vec<Diagnosis>> {
     let settings = unkept(&request.settings);
     let runner = Runner::new(&settings, &Silent);
@@ -303,7 +303,7 @@ pub fn diagnose(request: &VerifyRequest, outcome: &VerifyOutcome) -> Result<Vec<
     Ok(found)
 }
 
-/// Settings for what is run beside.
+/// Settings for additional runs.
 fn unkept(settings: &Settings) -> Settings {
     Settings {
         keep: None,
@@ -311,7 +311,7 @@ fn unkept(settings: &Settings) -> Settings {
     }
 }
 
-/// Puts the answers that do not solve their scheme into it again, and looks why.
+/// Substitutes the answers that do not solve their scheme into it, and searches for the cause.
 fn explain(request: &VerifyRequest, cases: &mut [CaseOutcome]) -> Result<()> {
     let settings = unkept(&request.settings);
     let runner = Runner::new(&settings, &Silent);
@@ -346,7 +346,7 @@ fn judge_case(
                 iterations: answer.increments.len(),
                 increments: answer.increments.clone(),
                 converged: answer.converged,
-                // From 0, as the sum of none is -0.
+                // From 0, since the empty sum is -0.
                 seconds: answer.seconds.iter().fold(0.0, |sum, (_, s)| sum + s),
                 phases: answer.seconds.iter().cloned().collect(),
                 residual: answer.residual,
@@ -357,7 +357,7 @@ fn judge_case(
                 finite: answer.u.iter().all(|v| v.is_finite()),
                 verdict: match (answer.residual <= RESIDUAL_TOLERANCE, answer.converged) {
                     (true, true) => Verdict::Agree,
-                    // It solves the scheme, and says that it does not.
+                    // It solves the scheme, and reports that it does not.
                     (true, false) => Verdict::Undetermined,
                     (false, _) => Verdict::Disagree,
                 },

@@ -9,17 +9,17 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 
-/// Where rounding has moved u by a larger part, it decides what u is.
+/// If rounding moves u by a larger fraction, it dominates u.
 const SETTLED: f64 = 1e-3;
 
-/// What is known of two answers that both solve the scheme and are farther apart than the fixed tolerance.
+/// The finding on two answers that both solve the scheme and differ by more than the fixed tolerance.
 #[derive(Debug, Serialize)]
 pub struct Settled {
     /// The first engine.
     pub a: String,
     /// The second.
     pub b: String,
-    /// How far rounding moves the solution.
+    /// The effect of rounding on the solution.
     #[serde(flatten)]
     pub conditioning: Conditioning,
     /// They are two solutions.
@@ -27,8 +27,8 @@ pub struct Settled {
     pub several: Option<Several>,
 }
 
-/// Judges anew the fields of two answers that solve the scheme, where they disagree. None where no linear system can be solved
-/// that would tell.
+/// Judges again the fields of two answers that solve the scheme, if they disagree. `None` if no linear system can be solved
+/// that would decide.
 ///
 /// # Errors
 /// An interruption.

@@ -1,10 +1,10 @@
-//! Answers of a code with one thing wrong, each of which must be no agreement.
+//! Answers of a code with one fault, none of which may count as agreement.
 
 use super::*;
 use crate::engine::{Answer, Run};
 use faceoff_fem::contact::{Stop, solve_by};
 
-/// The Rust solver, whose answers go through `change` before anybody sees them.
+/// The Rust solver, whose answers are modified by `change`.
 struct Changed {
     name: &'static str,
     stop: fn(Stop) -> Stop,
@@ -29,13 +29,13 @@ impl Engine for Changed {
             let told = |_, _| Ok(());
             let (stop, linear) = ((self.stop)(settings.stop), settings.linear);
             let mut found = solve_by(&case.problem, settings.iteration, stop, linear, told)?;
-            // So says the code, whether it is so or not.
+            // The code reports that, whether it is true or not.
             found.converged = true;
             Ok(Answer::new(found))
         };
         let mut answers = cases.iter().map(solve).collect::<Result<Vec<_>>>()?;
         (self.change)(&mut answers);
-        // The residual is of what is answered.
+        // The residual is that of the modified answer.
         for (answer, case) in answers.iter_mut().zip(cases) {
             answer.residual = case.problem.backward_error(&answer.u).0;
         }
@@ -54,7 +54,7 @@ fn honest(name: &'static str) -> Changed {
     }
 }
 
-/// Two scenes with dofs alike, each by two methods: answers 0 and 2 are of one method, as are 1 and 3.
+/// Two scenes with the same number of dofs, each by two methods: answers 0 and 2 are of one method, as are 1 and 3.
 fn judged(a: Changed, b: Changed) -> Result<VerifyOutcome> {
     let request = VerifyRequest {
         scenes: ["one-zone", "three-zones"]
@@ -114,7 +114,7 @@ fn every_fault_of_an_answer_is_no_agreement() {
             assert!(outcome.cases.iter().any(|c| c.verdict == Verdict::Disagree));
         }
     }
-    // One that solves the scheme, and says that it does not.
+    // An answer that solves the scheme, and reports that it does not.
     let modest = Changed {
         change: |answers| answers[2].converged = false,
         ..honest("b")
