@@ -1,5 +1,5 @@
-//! What CI servers show beside a run: GitHub's workflow commands and its summary, GitLab's report of annotations. Each
-//! is made where the environment says that the server is there.
+//! The output that CI servers show with a run: GitHub's workflow commands and its summary, GitLab's report of annotations. Each
+//! is written if the environment shows that this server runs the command.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -13,17 +13,17 @@ use super::json::{is_stdout, write_text};
 use super::model::{Report, Suite, TestCase};
 use faceoff_mesh::error::{Error, Result};
 
-/// Most annotations of one run; GitHub shows ten of a step.
+/// The most annotations of one run; GitHub shows ten per step.
 const MOST: usize = 10;
 
-/// What is wrong, and what it is about.
+/// The fault, and the case that has it.
 struct Note {
     title: String,
     message: String,
 }
 
-/// Says where a CI server shows it what a report found to be no pass; commands go to standard error where standard
-/// output is taken. Where nothing is judged, nothing is said.
+/// Writes the findings of a report that did not pass for the CI server; commands go to standard error if standard
+/// output is in use. If nothing is judged, nothing is written.
 ///
 /// # Errors
 /// Files that cannot be written.
@@ -72,7 +72,7 @@ pub(super) fn annotate(report: &Report, output: &Output) -> Result<()> {
     Ok(())
 }
 
-/// `::error title=…::…`, one line each.
+/// `::error title=…::…`, one per line.
 fn github_commands(notes: &[Note]) -> String {
     let escape = |text: &str| {
         text.replace('%', "%25")
@@ -106,7 +106,7 @@ fn github_summary(verdict: &str, notes: &[Note]) -> String {
     text
 }
 
-/// Where a folder lies in the project, as the addresses of artifacts have it.
+/// The path of a folder in the project, as used in the addresses of artifacts.
 fn in_project(folder: &Path, project: Option<&Path>) -> String {
     let inside = project.and_then(|project| folder.strip_prefix(project).ok());
     let parts = inside.unwrap_or(folder).components();

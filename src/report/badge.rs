@@ -1,15 +1,15 @@
-//! A badge: the verdict as a small SVG that READMEs and pipelines show.
+//! A badge: the verdict as a small SVG for READMEs and pipelines.
 
 use faceoff_judge::Verdict;
 
-/// The verdict in words and colour; contrast with white is at least 4.5.
+/// The word and the colour of a verdict; the contrast with white is at least 4.5.
 pub(super) fn badge(verdict: Verdict, word: &str) -> String {
     let colour = match verdict {
         Verdict::Agree | Verdict::Conditioned => "#1a6e3c",
         Verdict::Several | Verdict::Disagree => "#b3261e",
         Verdict::Undetermined => "#5f5f5f",
     };
-    // Widths of 11 px text, about 6.5 px a letter, are fixed by textLength whatever the font.
+    // textLength fixes the widths, about 6.5 px per letter at 11 px, for any font.
     let (left, right) = (52, 16 + 13 * word.len() / 2);
     let (width, text) = (left + right, right - 14);
     let middle = left + right / 2;

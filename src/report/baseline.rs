@@ -1,4 +1,4 @@
-//! The answers of a run, kept as a baseline for machines that do not have its engines.
+//! The answers of a run, stored as a baseline for machines without its engines.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use crate::engine::{OWN, Settings};
 use crate::run::{BASELINE, Record};
 use faceoff_mesh::error::{Error, Result};
 
-/// Refuses a folder that a baseline would be mixed into.
+/// Refuses a folder with other contents, which a baseline would be mixed with.
 ///
 /// # Errors
 /// A file, or a folder with other things.
@@ -16,10 +16,10 @@ pub fn check_baseline_folder(folder: &Path) -> Result<()> {
     check_folder(folder, |folder| folder.join(BASELINE).is_file())
 }
 
-/// What every engine but ours answered.
+/// The answers of all engines except ours.
 ///
 /// # Errors
-/// None but of cases that could not be solved either.
+/// Only those of cases that could not be solved either.
 pub fn baseline(recipe: &str, settings: &Settings, outcome: &VerifyOutcome) -> Result<Record> {
     let mut record = Record::of_settings(recipe, settings);
     for of in &outcome.cases {
@@ -32,14 +32,14 @@ pub fn baseline(recipe: &str, settings: &Settings, outcome: &VerifyOutcome) -> R
     Ok(record)
 }
 
-/// Writes the record that `make` returns into a folder, with the files that it puts beside it.
+/// Writes the record that `make` returns into a folder, together with its files.
 ///
 /// # Errors
-/// What `make` returns; files that cannot be written.
+/// Errors of `make`; files that cannot be written.
 pub fn write_record(folder: &Path, make: impl FnOnce(&Path) -> Result<Record>) -> Result<()> {
     write_folder(folder, |beside| {
         make(beside)?.write(beside)?;
-        // Folders of an earlier record cannot be moved onto.
+        // A folder cannot be moved onto one of an earlier record.
         for name in names(beside)? {
             let old = folder.join(name);
             if old.is_dir() {

@@ -1,4 +1,4 @@
-//! A certificate as scripts and people read it.
+//! A certificate, for scripts and people.
 
 use serde::Serialize;
 
@@ -6,28 +6,28 @@ use super::model::{joined, percent};
 use crate::text::{Digits, Text, above, at_most, below, interval, text};
 use faceoff_fem::certify::{Certificate, Numbers, OfPart, Parts, Target};
 
-/// Bounds of ‖∇u - …‖ for one target, and what they are made of.
+/// Bounds of ‖∇u - …‖ for one target, with their parts.
 #[derive(Debug, Clone, Serialize)]
 pub struct Certified {
-    /// Whose error is bounded.
+    /// The field whose error is bounded.
     pub target: Target,
     /// The error is at most this.
     pub upper: f64,
     /// The error is at least this.
     pub lower: f64,
-    /// `upper` over a bound of ‖∇u‖ from below; none where that is 0.
+    /// `upper` divided by a lower bound of ‖∇u‖; `None` if that is 0.
     pub relative: Option<f64>,
-    /// What is known of the data and no flux balances; as in `parts`.
+    /// The part of the data that no flux balances; as in `parts`.
     pub oscillation: f64,
-    /// What `upper` is made of.
+    /// The parts of `upper`.
     pub parts: Parts,
     /// Every target's upper bound.
     pub bounds: Bounds,
-    /// ‖∇u‖ is at least and at most this.
+    /// A lower and an upper bound of ‖∇u‖.
     pub gradient: [f64; 2],
-    /// J(u) = ½‖∇u‖² - (f,u) - <t,u> is at least and at most this.
+    /// A lower and an upper bound of J(u) = ½‖∇u‖² - (f,u) - <t,u>.
     pub energy: [f64; 2],
-    /// Numbers of u, each in its interval.
+    /// Functionals of u, each with its interval.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub numbers: Option<Numbers>,
 }
@@ -35,16 +35,16 @@ pub struct Certified {
 /// Upper bounds, as in [`Certificate`].
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Bounds {
-    /// ‖∇u-G‖ is at most this.
+    /// The bound of ‖∇u-G‖.
     pub g: f64,
-    /// ‖∇(u-v)‖ is at most this.
+    /// The bound of ‖∇(u-v)‖.
     pub v: f64,
-    /// ‖∇u-∇u_h‖_h is at most this.
+    /// The bound of ‖∇u-∇u_h‖_h.
     pub u_h: f64,
 }
 
 impl Certified {
-    /// What a certificate says of a target.
+    /// The bounds of a certificate for one target.
     pub fn new(target: Target, certificate: &Certificate) -> Self {
         let [lower, upper] = certificate.of(target);
         let of = |target| certificate.of(target)[1];
@@ -66,7 +66,7 @@ impl Certified {
         }
     }
 
-    /// What is proved of u, a line each.
+    /// The proven statements on u, one per line.
     pub fn facts(&self) -> Vec<(Text, Text)> {
         let within = |of: [f64; 2]| Text::from(format!("in {}", interval(of, 9)));
         let mut facts = vec![("energy J(u)".into(), within(self.energy))];
@@ -90,7 +90,7 @@ impl Certified {
         facts.push(("mean of u".into(), within(numbers.mean)));
         facts.extend(of_parts("mean of u over", &numbers.means));
         if let Some(contact) = &numbers.contact {
-            // Less of Γ_C, and longer windows.
+            // A smaller part of Γ_C, and longer intervals.
             let digits = Digits::Decimals(4);
             let inside = |from, to| {
                 let [from, to] = [above(from, digits), below(to, digits)];
@@ -132,7 +132,7 @@ impl Certified {
         at_most(self.upper, 3)
     }
 
-    /// One line.
+    /// The certificate on one line.
     pub fn sentence(&self) -> String {
         let of = match self.target {
             Target::G => "of the averaged gradient",
@@ -163,7 +163,7 @@ mod tests {
     use super::*;
     use faceoff_fem::certify::{ContactProof, Touched};
 
-    /// Every number here would be no bound if it were rounded to the nearest.
+    /// None of these numbers would be a bound if it were rounded to the nearest.
     #[test]
     fn what_is_said_is_not_more_than_what_is_proved() {
         let (gradient, energy) = ([1.551_336_8, 1.551_348_4], [-1.203_340_923, -1.0]);

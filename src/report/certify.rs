@@ -1,4 +1,4 @@
-//! What `certify` answers.
+//! The report of `certify`.
 
 use std::path::{Path, PathBuf};
 
@@ -15,28 +15,28 @@ use faceoff_fem::certify::{Certificate, Target};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 
-/// So many cells that add most are named.
+/// The number of cells with the largest contributions that are named.
 const WORST: usize = 10;
 
-/// A certificate of a field that a file holds, as scripts read it.
+/// A certificate of a field in a file, for scripts.
 #[derive(Serialize)]
 pub struct Certification {
     scene: String,
     result: String,
     understood: Understood,
-    /// By which the flux on Γ_C was read.
+    /// The method that determines the flux on Γ_C.
     method: String,
     cells: usize,
     faces: usize,
     dofs: usize,
-    /// By how much values on Γ_D, which were taken as g, were off, relative to the largest value.
+    /// The largest deviation of the values on Γ_D, which were replaced by g, relative to the largest value.
     #[serde(skip_serializing_if = "Option::is_none")]
     boundary_off: Option<f64>,
     certificate: Certified,
 }
 
 impl Certification {
-    /// Of a field that was read from `result` as a function in the case's space.
+    /// For a field that was read from `result` as a function in the case's space.
     pub fn new(
         result: &Path,
         case: &Case,
@@ -62,7 +62,7 @@ impl Certification {
 /// The report of a certificate.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn certify<'a>(
     told: &'a Certification,
     case: &'a Case,
@@ -112,7 +112,7 @@ pub fn certify<'a>(
     let of_parts = [fact("made of", made_of)].into_iter();
     let facts = first.into_iter().chain(proved.clone());
     let facts: Vec<_> = facts.chain(of_parts).chain(last.clone()).collect();
-    // The rest stands in the lede.
+    // The other parts are in the lede.
     proved.extend(last);
     let name = told.result.rsplit('/').next().unwrap_or(&told.result);
     let map = move || html::cells(mesh, &certificate.local, "what each cell adds to the bound");
@@ -170,7 +170,7 @@ pub fn certify<'a>(
     Ok(report)
 }
 
-/// The cells that add most.
+/// The cells with the largest contributions.
 fn worst(mesh: &Triangulation, certificate: &Certificate) -> Table {
     let local = &certificate.local;
     let all: f64 = local.iter().sum();

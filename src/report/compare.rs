@@ -1,4 +1,4 @@
-//! What `compare` found.
+//! The report of `compare`.
 
 use std::cmp::Ordering;
 
@@ -18,10 +18,10 @@ use faceoff_judge::{
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
 
-/// The report of a comparison; `a` is the first side, whose mesh the differences lie on.
+/// The report of a comparison; `a` is the first side, whose mesh carries the differences.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<'a>> {
     let question = "faceoff compare: do two results agree, field by field?";
     let verdict = comparison.verdict;
@@ -29,7 +29,7 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     let wrong = comparison.fields.iter();
     let wrong: Vec<&ComparedField> = wrong.filter(|f| !f.field.verdict.passes()).collect();
     let farthest = wrong.iter().copied().max_by(|f, g| telling(f, g));
-    // A table of keys has no places, and two meshes have none together.
+    // A table of keys has no positions, and two meshes have no common points.
     let has_differences = !a.points.is_empty() && !comparison.differences.is_empty();
     let shown = farthest.or_else(|| comparison.fields.iter().max_by(|f, g| telling(f, g)));
     let map = match comparison.map {
@@ -71,7 +71,7 @@ pub fn compare<'a>(comparison: &'a Comparison, a: &'a Results) -> Result<Report<
     Ok(report)
 }
 
-/// A field in both results, drawn.
+/// A field of both results, as a picture.
 pub(super) fn compared<'a>(
     comparison: &'a Comparison,
     a: &'a Results,
@@ -91,8 +91,8 @@ fn sides(a: &str, b: &str) -> Vec<(&'static str, Text)> {
     vec![("a", a.into()), ("b", b.into())]
 }
 
-/// What has values tells more than what is missing, a function more than what is derived from it on cells, and of these the
-/// one that is farthest beyond its tolerance.
+/// The order of importance: fields with values before missing ones, functions before quantities derived from them on cells, and among these
+/// the one with the largest difference relative to its tolerance.
 fn telling(f: &ComparedField, g: &ComparedField) -> Ordering {
     let key = |of: &ComparedField| {
         (
@@ -138,7 +138,7 @@ fn claim(comparison: &Comparison, wrong: &[&ComparedField], word: &str) -> Text 
     }
 }
 
-/// The first of several names, and how many more there are.
+/// The first of several names, and the number of others.
 fn several(names: &[&str], all: Option<usize>) -> Text {
     let of = all.map(|all| text!(" of {all}"));
     match names {
@@ -154,7 +154,7 @@ fn name(path: &str) -> &str {
     path.rsplit('/').next().unwrap_or(path)
 }
 
-/// By how much, and what was left out.
+/// The size of the differences, and what was left out.
 fn lede(
     comparison: &Comparison,
     wrong: &[&ComparedField],
@@ -200,7 +200,7 @@ fn lede(
     Text::joined(told, " ")
 }
 
-/// What to do about fields that differ.
+/// Suggestions for fields that differ.
 fn next(comparison: &Comparison, farthest: &ComparedField, has_differences: bool) -> Vec<Todo> {
     let (a, b, field) = (&comparison.a, &comparison.b, &farthest.field);
     let look = text!(
@@ -224,7 +224,7 @@ fn next(comparison: &Comparison, farthest: &ComparedField, has_differences: bool
     steps
 }
 
-/// One test case a field.
+/// One test case per field.
 fn cases(name: &str, comparison: &Comparison) -> Vec<TestCase> {
     let case = |compared: &ComparedField| {
         let field = &compared.field;
@@ -240,7 +240,7 @@ fn cases(name: &str, comparison: &Comparison) -> Vec<TestCase> {
 /// The report of comparisons of several times or files.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     let question = "faceoff compare: do two results agree, time by time or file by file?";
     let mut report = Report::judging("compare", question, all.verdict, all)?;
@@ -306,7 +306,7 @@ pub fn compare_many(all: &Comparisons) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// How many parts do not agree, and in what.
+/// The number of parts that do not agree, and their fields.
 fn claim_of_many(all: &Comparisons, word: &str) -> Text {
     let in_time = all.parts.iter().all(|part| part.name.is_empty());
     let count = |n: usize| match in_time {
@@ -336,7 +336,7 @@ fn claim_of_many(all: &Comparisons, word: &str) -> Text {
     }
 }
 
-/// The part that is farthest from agreement, with the first of its results; none where all are equal.
+/// The part that is farthest from agreement, with the first of its results; `None` if all are equal.
 fn farthest(all: &Comparisons) -> Option<(&Part, &Comparison, &Results)> {
     let (k, of_a) = all.farthest.as_ref()?;
     let part = all.parts.get(*k)?;
@@ -345,7 +345,7 @@ fn farthest(all: &Comparisons) -> Option<(&Part, &Comparison, &Results)> {
     differs.then_some((part, comparison, of_a))
 }
 
-/// One line a part: its field that is farthest beyond its tolerance.
+/// One line per part: its field with the largest difference relative to the tolerance.
 fn parts_table(all: &Comparisons) -> Table {
     let farthest = |part: &Part| {
         let fields = part.comparison.as_ref()?.fields.iter();
@@ -373,7 +373,7 @@ fn parts_table(all: &Comparisons) -> Table {
     )
 }
 
-/// What the meshes have in common, and what not.
+/// The overlap of the meshes, and what it leaves out.
 fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
     let of = |k: usize| {
         let part = found.alone[k] / found.measures[k];
@@ -399,7 +399,7 @@ fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
     ]
 }
 
-/// The difference in L² and in H¹, and of what.
+/// The difference in L² and in H¹, with the norms it refers to.
 pub(super) fn norms(of: &ComparedField) -> [Option<String>; 2] {
     let l2 = of.norms.map(|n| (n.l2, n.l2_scale));
     let h1 = of.norms.and_then(|n| n.h1.zip(n.h1_scale));

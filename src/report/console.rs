@@ -1,6 +1,6 @@
-//! What people read on standard output and standard error.
+//! Text for people on standard output and standard error.
 //!
-//! A reader may be gone before everything is written, as with `| head`. What it does not take is dropped: the verdict is the
+//! A reader may close the pipe before everything is written, as with `| head`. The rest is dropped: the verdict is the
 //! exit code.
 
 use std::fmt::Arguments;
@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 
-/// Why something was lost, other than that nobody reads on: a full disk.
+/// Why output was lost, other than by a closed pipe: a full disk.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
 
 /// A line on standard output.
@@ -25,7 +25,7 @@ macro_rules! note {
 
 pub(crate) use {note, tell};
 
-/// Does it turn the direction of reading, or end a line, without being seen? Then what people read is not what is there.
+/// Does it change the direction of reading, or end a line, without being visible? Then people read something other than the text.
 pub fn misleads(c: char) -> bool {
     matches!(
         c,
@@ -33,8 +33,8 @@ pub fn misleads(c: char) -> bool {
     )
 }
 
-/// What may be printed of a text that quotes strangers: no character that a terminal obeys or that turns the direction of
-/// reading, and no line that a CI server takes for a command of its own.
+/// Neutralises a text that quotes untrusted input: no character that a terminal obeys or that changes the direction of
+/// reading, and no line that a CI server takes for a command.
 pub fn plain(text: &str) -> String {
     let shown = |c: char| match c {
         '\n' => c,
@@ -78,14 +78,14 @@ pub(super) fn answer(text: &str, verdict: Option<Verdict>) {
     }
 }
 
-/// Is this a terminal whose user has not asked for none (<https://no-color.org>)?
+/// Is this a terminal whose user has not disabled colours (<https://no-color.org>)?
 pub fn has_colours(stream: &impl IsTerminal) -> bool {
     let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     let is_dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
     stream.is_terminal() && !is_set("NO_COLOR") && !is_dumb
 }
 
-/// Text of our own on standard output, as it is.
+/// Text by this program on standard output, unchanged.
 pub fn write(text: &str) {
     let mut out = io::stdout().lock();
     if let Err(e) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
@@ -98,11 +98,11 @@ pub fn write(text: &str) {
 
 /// A line on standard error.
 pub fn aside(text: Arguments) {
-    // Where standard error takes nothing nobody reads.
+    // If standard error is closed, nobody reads it.
     let _ = writeln!(io::stderr(), "{}", plain(&text.to_string()));
 }
 
-/// Was all of it taken, or not wanted?
+/// Was all output written, or not wanted?
 ///
 /// # Errors
 /// Output that was lost.

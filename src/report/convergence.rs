@@ -1,4 +1,4 @@
-//! Observed orders of results.
+//! The report of observed orders of results.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use faceoff_mesh::error::Result;
 /// The report of the orders of all fields.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
     let named = |of: &Order| {
         of.fit
@@ -54,7 +54,7 @@ pub fn convergence(all: &[Convergence]) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// One line a field and norm.
+/// One line per field and norm.
 fn orders_table(all: &[Convergence]) -> Table {
     let norms = all.iter().flat_map(|of| {
         let h1 = of.h1.as_ref().map(|order| (of, "H¹", order));
@@ -74,7 +74,7 @@ fn orders_table(all: &[Convergence]) -> Table {
     )
 }
 
-/// One line a result.
+/// One line per result.
 fn levels_table(of: &Convergence) -> Table {
     table!(text!("Errors of `{of.field}`"), &of.levels, |level|
         "result" => &level.file,
@@ -86,7 +86,7 @@ fn levels_table(of: &Convergence) -> Table {
     )
 }
 
-/// Errors over h, a panel a norm.
+/// Errors over h, one panel per norm.
 fn panels(of: &Convergence) -> Vec<Chart> {
     type Pick = fn(&faceoff_judge::Norms) -> Option<f64>;
     let panel = |norm: &str, pick: Pick, order: &Order| {

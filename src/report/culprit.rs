@@ -1,4 +1,4 @@
-//! What is wrong with a field in one sentence, what that rests on, and where to look.
+//! The fault of a field in one sentence, with its evidence and its position.
 
 use super::model::Todo;
 use crate::text::number::{number, place, share, size, whole};
@@ -19,7 +19,7 @@ pub(super) fn claim(name: &str, found: &Findings) -> Text {
     text!("**{name}** does not solve the scheme{place}")
 }
 
-/// An explanation without places and digits.
+/// An explanation without positions and digits.
 fn in_short(of: &Explanation) -> Text {
     let is_gamma = of.is_gamma();
     let on = match of.at.len() {
@@ -34,7 +34,7 @@ fn in_short(of: &Explanation) -> Text {
     }
 }
 
-/// By how much a factor is not 1.
+/// The deviation of a factor from 1.
 fn too_much(factor: f64) -> String {
     let off = factor - 1.0;
     let way = if off > 0.0 { "large" } else { "small" };
@@ -45,7 +45,7 @@ fn too_much(factor: f64) -> String {
     }
 }
 
-/// How many equations a field fails, and with what change none.
+/// The number of equations that a field does not satisfy, and the change with which it satisfies all.
 pub(super) fn equations(found: &Findings, of: &str) -> Text {
     let most = found.worst.first().map_or(Text::default(), |spot| {
         text!(
@@ -106,7 +106,7 @@ pub(super) fn equations(found: &Findings, of: &str) -> Text {
     text!("{fails} {change}")
 }
 
-/// Where the code that is called `name` has what is wrong; with a mesh, what its job folder shows of it.
+/// Where the code with this name contains the fault; with a mesh, what its job folder shows of it.
 pub(super) fn look(found: &Findings, name: &str, job: Option<&Triangulation>) -> Option<Todo> {
     let culprit = found.culprit();
     let words = match culprit.filter(|c| c.is_gamma()) {

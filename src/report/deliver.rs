@@ -1,5 +1,5 @@
-//! The one place that writes what was asked for: the folder with its page, JSON, JUnit, a badge, the terminal, and what
-//! CI servers show.
+//! Writes all requested output: the folder with its page, JSON, JUnit, a badge, the terminal, and the output for
+//! CI servers.
 
 use std::fs;
 use std::io::Read as _;
@@ -31,35 +31,35 @@ use faceoff_mesh::io::save;
 pub struct Output<'a> {
     /// As it is typed.
     pub command: &'static str,
-    /// What it is about, where that is not the command.
+    /// The subject, if it is not that of the command.
     pub subject: Option<String>,
     /// Does it judge something?
     pub judges: bool,
     /// File of the result as JSON; standard output for `-`.
     pub json: Option<&'a Path>,
-    /// Folder of the page.
+    /// The folder of the page.
     pub report: Option<&'a Path>,
-    /// File of what was judged as JUnit XML.
+    /// The file for the judged cases as JUnit XML.
     pub junit: Option<&'a Path>,
-    /// File of the verdict as SVG.
+    /// The file for the verdict as SVG.
     pub badge: Option<&'a Path>,
-    /// Nothing is said on the terminal.
+    /// Print nothing on the terminal.
     pub quiet: bool,
 }
 
-/// By this a page of ours is known, and below JSON, JUnit and a badge.
+/// The marks by which our pages are recognised, and below those of JSON, JUnit and a badge.
 const MARK: &str = "<title>faceoff";
 const MARKS: [&str; 3] = ["\"schema\": \"faceoff/", "<testsuites name=\"faceoff", MARK];
 
-/// Is everything said? Locked while results are written, so that what is given up is not followed by a verdict.
+/// Is everything written? Locked while results are written, so that no verdict follows an abort.
 static IS_CLOSED: Mutex<bool> = Mutex::new(false);
 
-/// How long one who gives up waits for results that are being written.
+/// How long an abort waits for results that are being written.
 const PATIENCE: Duration = Duration::from_millis(200);
 
 impl Output<'_> {
-    /// Refuses, before anything is run, a folder with things that are no earlier report; and says where an earlier run left
-    /// a result that this one has none yet, so that it is not taken for this one's, whatever ends it.
+    /// Refuses, before anything is run, a folder with contents other than an earlier report; and marks the results of an earlier run
+    /// as incomplete, so that they are not mistaken for those of this run, however it ends.
     ///
     /// # Errors
     /// Such a folder, or a file.
@@ -87,12 +87,12 @@ impl Output<'_> {
         written
     }
 
-    /// Removes what an earlier run left, which needs no room on a disk.
+    /// Removes the results of an earlier run, which needs no space on the disk.
     fn remove(&self) {
         let page = self.report.map(|folder| folder.join("index.html"));
         let files = [self.json, self.junit, self.badge, page.as_deref()];
         for path in files.into_iter().flatten() {
-            // Where a link leads: what is read there must not be an earlier verdict.
+            // The target of a link: its contents must not be an earlier verdict.
             let real = path.canonicalize().unwrap_or_else(|_| path.to_owned());
             let emptied = || {
                 fs::OpenOptions::new()
@@ -118,13 +118,13 @@ impl Output<'_> {
             .map_or(Ok(()), |folder| check_folder(folder, is_ours))
     }
 
-    /// Does anything go to the terminal?
+    /// Is anything printed on the terminal?
     pub fn speaks(&self) -> bool {
         !self.quiet && !is_stdout(self.json)
     }
 
-    /// Says wherever something reads that the command ended early: a result of an earlier run must not stand there as
-    /// this one's.
+    /// Records in all requested output that the command ended early: a result of an earlier run must not be mistaken for
+    /// one of this run.
     ///
     /// # Errors
     /// Files that cannot be written.
@@ -136,7 +136,7 @@ impl Output<'_> {
         annotate(&report, &output)
     }
 
-    /// [`Output::fail`] for a command that does not end: whatever it says from now on is not written.
+    /// [`Output::fail`] for a command that does not end: its later output is not written.
     pub fn give_up(&self, error: &Error) {
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
@@ -148,7 +148,7 @@ impl Output<'_> {
         }
         let mut output = self.clone();
         output.report = self.report.filter(|_| self.check().is_ok());
-        // Nobody is left to hear that it cannot be written.
+        // It cannot be reported that this cannot be written.
         let _ = self
             .failure(&error.to_string())
             .and_then(|report| put(&report, &output));
@@ -183,15 +183,15 @@ impl Output<'_> {
 /// Does a file begin like one of ours?
 fn begins_with(path: &Path, mark: &str) -> bool {
     let mut start = Vec::new();
-    // A pipe has nothing of an earlier run, and reading from it may wait for ever.
+    // A pipe has no contents of an earlier run, and reading from it may block forever.
     let read = file::open(path).and_then(|file| file.take(400).read_to_end(&mut start));
     read.is_ok() && String::from_utf8_lossy(&start).contains(mark)
 }
 
-/// Writes a report to everything that was asked for, and to the terminal.
+/// Writes a report to all requested outputs, and to the terminal.
 ///
 /// # Errors
-/// Files that cannot be written, and what a page is made of.
+/// Files that cannot be written, and errors in making the page.
 pub fn deliver(report: &Report, output: &Output) -> Result<()> {
     write(report, output)?;
     if output.speaks() {
@@ -204,10 +204,10 @@ pub fn deliver(report: &Report, output: &Output) -> Result<()> {
     annotate(report, output)
 }
 
-/// Writes the page of a report that belongs to another into a folder in that one's.
+/// Writes the page of a report that belongs to another one into a subfolder of that one's.
 ///
 /// # Errors
-/// A folder with things that are no earlier report; those of [`deliver`].
+/// A folder with contents other than an earlier report; those of [`deliver`].
 pub fn write_page(report: &Report, whole: &Path, name: &str) -> Result<()> {
     let folder = whole.join(name);
     let output = Output {

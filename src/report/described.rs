@@ -1,11 +1,11 @@
-//! A case, a place and a verdict in words.
+//! A case, a place and a verdict as text.
 
 use super::model::{exact, joined, short};
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome};
 use crate::text::number::place;
 use faceoff_judge::{ComparedField, FieldVerdict, Removed, Worst, removed_words};
 
-/// What its mesh has.
+/// The size of its mesh.
 pub(super) fn sizes(case: &CaseOutcome) -> String {
     format!(
         "{} cells, {} faces, {} of them contact, {} dofs",
@@ -33,7 +33,7 @@ pub(super) fn worst(field: &FieldVerdict) -> Option<String> {
     })
 }
 
-/// What was taken away of a field before it was judged, or what would make the two results equal: of those that problems leave open.
+/// The open part that was removed from a field before it was judged, or that would make the two results equal.
 pub(super) fn open(of: &ComparedField, names: [&str; 2]) -> Option<String> {
     let told = |all: &[Removed]| (!all.is_empty()).then(|| removed_words(all, names));
     let removed = told(&of.removed).map(|words| format!("judged after {words}"));
@@ -42,7 +42,7 @@ pub(super) fn open(of: &ComparedField, names: [&str; 2]) -> Option<String> {
     removed.or(equal)
 }
 
-/// What a verdict rests on, where it is not that all is well.
+/// The evidence for a verdict that is not plain agreement.
 pub(super) fn rests_on(field: &FieldVerdict, carriers: &str) -> Option<String> {
     let beyond = || format!("{} of {} {carriers}", field.beyond, field.faces);
     let why = field
@@ -59,7 +59,7 @@ pub(super) fn rests_on(field: &FieldVerdict, carriers: &str) -> Option<String> {
     }
 }
 
-/// How much, where and how many, in one sentence.
+/// The size, place and number of the differences, in one sentence.
 pub(super) fn why(field: &FieldVerdict) -> String {
     let values = |w: &Worst| format!("{} against {}", exact(w.a), exact(w.b));
     let values = field.worst.as_ref().map(values).unwrap_or_default();

@@ -9,8 +9,8 @@ use faceoff_mesh::field::{GlobalArray, Results};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
 
-/// Writes a - b of every field to `path`, NaN where a field is not carried. Cells get points of their own where a
-/// field may jump between them. Of functions on other meshes each cell of the first has the largest |a - b| and both means.
+/// Writes a - b of every field to `path`, NaN where a field is not defined. Cells get separate points if a
+/// field may jump between them. For functions on different meshes, each cell of the first has the largest |a - b| and both means.
 ///
 /// # Errors
 /// A first file without coordinates, and a file that cannot be written.
@@ -39,7 +39,7 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
         let support = match (set.on, corners) {
             (On::Cells, _) => Support::Cells,
             (On::Corners, _) | (On::Points, None) => Support::Points,
-            // Values on points of which there are several now.
+            // Values on points that are now several.
             (On::Points, Some(_)) | (On::Whole | On::Domain | On::Unread, _) => continue,
             (On::Functions, _) => {
                 fields.extend(set.fields.iter().flat_map(of_function));
@@ -54,7 +54,7 @@ pub fn write_differences(path: &Path, a: &Results, comparison: &Comparison) -> R
     write(path, &mesh, &fields, ("difference of", of))
 }
 
-/// With what the values are of.
+/// With the entities that carry the values.
 fn write(
     path: &Path,
     mesh: &Mesh,
@@ -68,7 +68,7 @@ fn write(
     vtu::write(path, mesh, fields, &whole, Encoding::Raw(Compressor::Zlib))
 }
 
-/// What is told of a function on each cell.
+/// The values of a function per cell.
 fn of_function((name, _, rows): &(String, usize, Vec<f64>)) -> [Field; 3] {
     let titles = [(0, "largest |a - b|"), (1, "mean of a"), (2, "mean of b")];
     titles.map(|(k, title)| {
@@ -77,7 +77,7 @@ fn of_function((name, _, rows): &(String, usize, Vec<f64>)) -> [Field; 3] {
     })
 }
 
-/// The cells of a result; with points of their own, at these places, where a field may jump between them.
+/// The cells of a result; with separate points, at these positions, if a field may jump between them.
 fn mesh_of(of: &Results, corners: Option<Vec<[f64; 3]>>) -> Mesh {
     let is_broken = corners.is_some();
     let mut mesh = Mesh {
@@ -146,7 +146,7 @@ pub fn write_projection(path: &Path, projection: &Projection, onto: &str) -> Res
     write(path, &mesh, &fields, ("projection", of))
 }
 
-/// What a projection kept, a line a field, and what of the mesh has no values.
+/// What a projection preserved, one line per field, and the part of the mesh that has no values.
 pub fn projected(projection: &Projection) -> Vec<String> {
     let lines = projection.integrals.iter().map(|(name, component, [before, after])| {
         format!(

@@ -1,4 +1,4 @@
-//! What `verify` found of a face-off file: codes of one's own on any problem.
+//! The report of `verify` on a problem file: the user's codes on any problem.
 
 use super::compare::{compared, norms};
 use super::described::{open, why, worst};
@@ -23,13 +23,13 @@ use crate::why::InForm;
 use faceoff_judge::{Norms, On, Verdict};
 use faceoff_mesh::error::Result;
 
-/// Of coarser levels of one problem.
+/// For coarser levels of one problem.
 pub(super) const NOT_JUDGED: &str = "not judged";
 
-/// The report of a face-off.
+/// The report of a problem file.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn face_off(of: &FaceOffOutcome) -> Result<Report<'_>> {
     let mut report = Report::judging("face-off", QUESTION, of.verdict, of)?;
     tell(of, &mut report);
@@ -99,7 +99,7 @@ pub(super) fn tell<'a>(of: &'a FaceOffOutcome, report: &mut Report<'a>) {
         let shown = comparison.fields.iter().find(|f| f.on != On::Domain)?;
         Some(compared(comparison, of_a, shown))
     });
-    // What differs in the equations is the cause of what differs in the fields.
+    // Differences in the equations are the cause of those in the fields.
     let picture: Vec<Block> = match systems::picture(&of.systems) {
         Some(first) => {
             rest.extend(picture.map(|map| Block::Page(vec![map])));
@@ -137,14 +137,14 @@ fn place(pair: &OfPair) -> String {
     pair.level.at() + &time.unwrap_or_default()
 }
 
-/// Of each two codes on each level the time at which they are farthest from agreement.
+/// For each pair of codes and each level, the time at which they are farthest from agreement.
 fn worst_times(of: &OfField) -> Vec<&OfPair> {
     let key = |pair: &'_ OfPair| (pair.a.clone(), pair.b.clone(), pair.level.clone());
     let groups = of.pairs.chunk_by(|p, q| key(p) == key(q));
     groups.filter_map(worst_time).collect()
 }
 
-/// Which times are judged, where that is not all.
+/// The times that are judged, if they are not all.
 fn times_words(of: &OfField) -> String {
     match &of.times {
         Judged::All => String::new(),
@@ -168,7 +168,7 @@ pub(super) fn claim(of: &FaceOffOutcome) -> Text {
     if let Some(odd) = odd {
         return odd;
     }
-    // A code whose order is wrong where another's is right, before what differs as a consequence.
+    // A code whose order is wrong while another's is right comes before the differences that follow from it.
     if let Some(order) = odd_order(of) {
         let (observed, limited) = (observed(order), limited(order));
         return text!("`{order.found.field}` of **{order.of}** {observed}{limited}");
@@ -249,7 +249,7 @@ fn has_differing_pair(of: &FaceOffOutcome) -> bool {
     pairs.any(|p| p.judged && p.compared.field.verdict == Verdict::Disagree)
 }
 
-/// The order of a code that is too low, where that of another code is right in the same field.
+/// The order of a code that is too low, if that of another code is right in the same field.
 fn odd_order(of: &FaceOffOutcome) -> Option<&OfOrder> {
     let has_right = |f: &&OfField| {
         let mut orders = f.orders.iter();
@@ -259,7 +259,7 @@ fn odd_order(of: &FaceOffOutcome) -> Option<&OfOrder> {
     orders.find(|o| o.verdict == Some(Verdict::Disagree))
 }
 
-/// What each two codes converge to, with the name of the field or number.
+/// The limits of each pair of codes, with the name of the field or number.
 fn meetings(of: &FaceOffOutcome) -> impl Iterator<Item = (&str, &OfMeeting)> {
     let fields = of.fields.iter().map(|f| (&*f.field, &f.meetings));
     let numbers = of.numbers.iter().map(|n| (&*n.number, &n.meetings));
@@ -267,7 +267,7 @@ fn meetings(of: &FaceOffOutcome) -> impl Iterator<Item = (&str, &OfMeeting)> {
     all.flat_map(|(name, all)| all.iter().map(move |of| (name, of)))
 }
 
-/// What was seen of an order that is too low, or of what does not fall to 0.
+/// The observation for an order that is too low, or for a difference that does not fall to 0.
 fn observed(of: &OfOrder) -> Text {
     let limits = ["L²", "H¹"].into_iter().zip(of.limits);
     let apart = limits.filter_map(|(norm, limit)| {
@@ -277,13 +277,13 @@ fn observed(of: &OfOrder) -> Text {
     Text::joined(low(of).into_iter().chain(apart), " and ")
 }
 
-/// What limits an order, after what was observed.
+/// The factor that limits an order, to follow the observation.
 fn limited(of: &OfOrder) -> Option<Text> {
     let found = of.found.limiting.as_ref()?;
     Some(text!(": {}", found.words()))
 }
 
-/// The norms whose order is too low; where the limit is known not to be 0, the order says less.
+/// The norms whose order is too low; if the limit is known not to be 0, the order means less.
 fn low(of: &OfOrder) -> Option<Text> {
     let orders = [Some(&of.found.l2), of.found.h1.as_ref()];
     let told = (0..2).filter_map(|k| {
@@ -351,7 +351,7 @@ fn lede(of: &FaceOffOutcome) -> Text {
     Text::joined(told, " ")
 }
 
-/// The pair of codes that is farthest beyond what is allowed, or nearest to it.
+/// The pair of codes with the largest difference relative to its tolerance.
 pub(super) fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
     let judged = of.fields.iter().filter_map(|field| {
         let judged = field.pairs.iter().filter(|pair| pair.judged);
@@ -364,7 +364,7 @@ pub(super) fn farthest(of: &FaceOffOutcome) -> Option<(&OfField, &OfPair)> {
     })
 }
 
-/// Is nothing wrong but that orders leave open what is left in the limit?
+/// Is the only open question the limit, which the orders do not decide?
 fn is_untold(of: &FaceOffOutcome) -> bool {
     let mut pairs = of.fields.iter().flat_map(|f| &f.pairs);
     of.verdict == Verdict::Undetermined
@@ -373,7 +373,7 @@ fn is_untold(of: &FaceOffOutcome) -> bool {
         && pairs.all(|pair| pair.compared.field.reason.is_none())
 }
 
-/// What is wrong with an order, and what is left in the limit.
+/// The fault of an order, and the remaining limit.
 fn order_words(of: &OfOrder) -> Option<Text> {
     let limits = ["L²", "H¹"].into_iter().zip(of.limits);
     let limits = limits.filter_map(|(norm, limit)| {
@@ -394,7 +394,7 @@ fn order_words(of: &OfOrder) -> Option<Text> {
     Some(all).filter(|all| !all.is_empty())
 }
 
-/// What to do about what fails.
+/// Suggestions for what fails.
 fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     let mut steps = Vec::new();
     if of.verdict.passes() {
@@ -431,7 +431,7 @@ fn next(of: &FaceOffOutcome) -> Vec<Todo> {
     steps
 }
 
-/// The field that would be equal in all pairs that differ, if the problem left something open, and what.
+/// The field that would be equal in all pairs that differ if the problem left something open, and the open part.
 fn equal_after(of: &FaceOffOutcome) -> Option<(&str, String)> {
     let open = |pair: &OfPair| -> Vec<&'static str> {
         let all = pair.compared.equal_after.iter();
@@ -450,7 +450,7 @@ fn equal_after(of: &FaceOffOutcome) -> Option<(&str, String)> {
     })
 }
 
-/// The number of a refinement, or what another level is called.
+/// The number of a refinement, or the name of another level.
 pub(super) fn level(of: &Label) -> Option<Cell> {
     match of {
         Label::Only => None,
@@ -512,7 +512,7 @@ fn pairs_table(of: &OfField, pairs: &[&OfPair]) -> Table {
     .known()
 }
 
-/// What each two codes converge to.
+/// The limits of each pair of codes.
 fn meetings_table(all: &[OfMeeting]) -> Table {
     let order = |of: &OfMeeting, k: usize| {
         let order = of.found.courses[k].and_then(|course| course.order);
@@ -544,7 +544,7 @@ fn extrapolated_table(of: &OfNumber) -> Table {
     )
 }
 
-/// What the result of each code leaves of the form.
+/// The residual of each code's result in the form.
 fn in_form_table(all: &[OfForm]) -> Table {
     table!("", all, |of|
         "code" => &of.code,

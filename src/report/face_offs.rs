@@ -1,4 +1,4 @@
-//! What `verify` found of several face-offs: scenes of elasticity, each by several methods.
+//! The report of `verify` on several problem files: scenes of elasticity, each by several methods.
 
 use super::face_off::{QUESTION, claim, farthest, tell};
 use super::model::{Block, Report, Table, cells};
@@ -7,13 +7,13 @@ use crate::text::number::{size, whole};
 use crate::text::text;
 use faceoff_mesh::error::Result;
 
-/// The report of several face-offs.
+/// The report of several problem files.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn face_offs(all: &FaceOffs) -> Result<Report<'_>> {
     let mut report = Report::judging("face-offs", QUESTION, all.verdict, all)?;
-    // One that does not agree speaks for all.
+    // One that does not agree decides for all.
     let claim = match all.face_offs.iter().find(|of| of.verdict == all.verdict) {
         Some(worst) if !all.verdict.passes() => claim(worst),
         _ => text!(

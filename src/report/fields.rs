@@ -1,4 +1,4 @@
-//! Fields as VTU: the cells for viewing, and the faces as cells of their own with exact values.
+//! Fields as VTU: the cells for viewing, and the faces in a separate file with exact values.
 
 use std::path::Path;
 
@@ -12,10 +12,10 @@ use faceoff_mesh::field::{ColumnKind, FaceFields, GlobalArray};
 use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
 use faceoff_mesh::mesh::{CellKind, Field, Mesh, Support, Values};
 
-/// Binary64 bit for bit, and still XML.
+/// Binary64 bit for bit, in valid XML.
 const ENCODING: Encoding = Encoding::Base64(Compressor::Zlib);
 
-/// A solution goes to `FILE.vtu` in a folder that is there.
+/// Checks the path of a solution: `FILE.vtu` in an existing folder.
 ///
 /// # Errors
 /// Another suffix, or no such folder.
@@ -39,8 +39,8 @@ pub fn check_vtu_path(path: &Path) -> Result<()> {
     ))
 }
 
-/// Writes one solution: its cells to `path`, with what a certificate knows of them, its faces beside it
-/// as `…-faces.vtu`.
+/// Writes one solution: its cells to `path`, with the bounds of a certificate, its faces to a second file in the same folder,
+/// `…-faces.vtu`.
 ///
 /// # Errors
 /// Files that cannot be written.
@@ -59,7 +59,7 @@ pub fn write_solution(
     write_both(path, case, &[solution], &fields, certified)
 }
 
-/// [`write_solution`] of a field that a file held, and whose code is not known.
+/// The same as [`write_solution`] for a field from a file, whose code is not known.
 ///
 /// # Errors
 /// Files that cannot be written.
@@ -78,7 +78,7 @@ pub fn write_certified(
 /// Files that cannot be written.
 pub fn write_fields(folder: &Path, outcome: &VerifyOutcome) -> Result<()> {
     for case in &outcome.cases {
-        // The judged case has the fields; its mesh and space are cheap to have again.
+        // The judged case has the fields; its mesh and space are cheap to make again.
         let again = case.setup.case()?;
         let n = case.n.map_or(String::new(), |n| format!("-n{n}"));
         let path = folder.join(format!("{}-{}{n}.vtu", case.scene, file_name(case)));
@@ -94,7 +94,7 @@ pub fn write_fields(folder: &Path, outcome: &VerifyOutcome) -> Result<()> {
 /// A code, its version and its u.
 type Solution<'a> = (&'a str, &'a str, &'a [f64]);
 
-/// The cells with some further fields of theirs, and the faces.
+/// The cells with additional fields, and the faces.
 fn write_both(
     path: &Path,
     case: &Case,
@@ -116,7 +116,7 @@ fn file_name(case: &CaseOutcome) -> String {
     case.method.replace(['(', ','], "_").replace(')', "")
 }
 
-/// Numbers of a field, as a file has them.
+/// The values of a field, as a file stores them.
 pub(super) fn of_numbers(
     name: impl Into<String>,
     on: Support,
@@ -126,7 +126,7 @@ pub(super) fn of_numbers(
     Field::new(name.into(), on, components, Values::F64(values.into()))
 }
 
-/// Where the values come from.
+/// The source of the values.
 fn provenance(case: &Case, solutions: &[Solution]) -> Vec<GlobalArray> {
     let problem = &case.problem;
     let engines = solutions.iter();
@@ -149,7 +149,7 @@ fn provenance(case: &Case, solutions: &[Solution]) -> Vec<GlobalArray> {
     ]
 }
 
-/// Cells with vertices of their own, so that a viewer shows what jumps: u as DG1 on the points,
+/// Cells with separate vertices, so that a viewer shows jumps: u as DG1 on the points,
 /// means and gradients on the cells, and the differences to the first engine.
 fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (Mesh, Vec<Field>) {
     let space = &problem.space;
@@ -196,8 +196,8 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-/// v at the cells' own nodes; on the cells the averaged gradient, the most accurate that is known, and
-/// the root of what each adds to the square of the bound.
+/// v at the cells' nodes; on the cells the averaged gradient, which is the most accurate known one, and
+/// the root of each cell's contribution to the square of the bound.
 fn certified_fields(problem: &Problem, certificate: &Certificate) -> Vec<Field> {
     let mesh = problem.space.mesh;
     let (_, places) = nodes(problem);
@@ -219,9 +219,9 @@ fn certified_fields(problem: &Problem, certificate: &Certificate) -> Vec<Field> 
     ]
 }
 
-/// The faces as cells, on the mesh's own vertices: exact dofs, every compared field of every
-/// engine, and the differences to the first. What a face does not carry is NaN. In space also the
-/// part of each contact face that is in contact, and the number of its zone, -1 where there is none.
+/// The faces as cells, on the mesh's vertices: exact dofs, every compared field of every
+/// engine, and the differences to the first. Values that a face does not have are NaN. In 3D also the
+/// fraction of each contact face that is in contact, and the number of its zone, -1 if there is none.
 fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (Mesh, Vec<Field>) {
     let source = problem.space.mesh;
     let faces = source.face_count();
@@ -283,7 +283,7 @@ fn faces(problem: &Problem, solutions: &[Solution], engines: &[FaceFields]) -> (
             }
             Some(values)
         };
-        // The status is judged by the sign of P; what is kept is P itself.
+        // The status is judged by the sign of P; the file contains P.
         let name = match column.kind {
             ColumnKind::Value => column.name.as_str(),
             ColumnKind::Status => "P",

@@ -1,14 +1,14 @@
-//! Tables of what is found about a field in a scheme.
+//! Tables of the findings about a field in a scheme.
 
 use super::html::{Dot, DotAxis};
 use super::model::{Block, Cell, Column, Table, table};
 use crate::text::number::place;
 use crate::why::{self, Explanation, FaceGamma, Spot, TermRows};
 
-/// So many attempts stand in the open.
+/// The number of attempts that are not folded.
 const TRIED: usize = 5;
 
-/// The rows that are farthest off.
+/// The rows with the largest residual.
 pub(super) fn worst(spots: &[Spot]) -> Table {
     table!("The rows that are farthest off, by backward error", spots, |spot|
         "vertices" => format!("{:?}", spot.vertices),
@@ -17,7 +17,7 @@ pub(super) fn worst(spots: &[Spot]) -> Table {
     )
 }
 
-/// The terms that the failing rows hold.
+/// The terms in the failing rows.
 pub(super) fn terms(terms: &[TermRows]) -> Table {
     let caption = "The terms of the rows that fail; a term that is wrong is part of all of them";
     table!(caption, terms, |of|
@@ -28,7 +28,7 @@ pub(super) fn terms(terms: &[TermRows]) -> Table {
     )
 }
 
-/// What was put in, one thing at a time, and the residual with it; the rest of a long list is folded.
+/// The changes that were tried, one at a time, with the remaining residual; the rest of a long list is folded.
 pub(super) fn tried<'a>(explanations: &[Explanation], limit: f64) -> Vec<Block<'a>> {
     let axis = DotAxis::new(explanations.iter().map(|e| e.left), vec![limit]);
     let dot = |of: &Explanation| Dot {
@@ -53,7 +53,7 @@ pub(super) fn tried<'a>(explanations: &[Explanation], limit: f64) -> Vec<Block<'
     [table(first)].into_iter().chain(more).collect()
 }
 
-/// What γ would have to be.
+/// The γ that fits.
 pub(super) fn gamma<'a>(faces: impl IntoIterator<Item = &'a FaceGamma>) -> Table {
     let caption = "What γ would have to be on contact faces; in contact it has no say";
     let fitted = |of: &FaceGamma| {

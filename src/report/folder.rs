@@ -1,4 +1,4 @@
-//! A folder that holds one report: filled beside, then put in place file by file.
+//! A folder for one report: it is filled under a temporary name, then moved file by file.
 
 use std::fs;
 use std::io::Write as _;
@@ -7,8 +7,8 @@ use std::path::{Component, Path};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
 
-/// Refuses a folder that a report would be mixed into: it must be missing, empty, or hold an earlier report, by which
-/// `is_earlier` knows it.
+/// Refuses a folder that a report would be mixed with: it must be missing, empty, or contain an earlier report, which
+/// `is_earlier` recognises.
 ///
 /// # Errors
 /// A file, or a folder with other things.
@@ -32,10 +32,10 @@ pub fn check_folder(folder: &Path, is_earlier: impl Fn(&Path) -> bool) -> Result
     Ok(())
 }
 
-/// Lets `fill` write into a new folder beside, and moves its files into `folder`.
+/// Lets `fill` write into a temporary folder, and moves its files into `folder`.
 ///
 /// # Errors
-/// What `fill` returns, and files that cannot be moved. Nothing is left of a report that was not finished.
+/// Errors of `fill`, and files that cannot be moved. An unfinished report leaves no files.
 pub fn write_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     fs::create_dir_all(folder).map_err(Error::io(folder, "make"))?;
     let beside = tempfile::Builder::new()
@@ -50,7 +50,7 @@ pub fn write_folder(folder: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Re
     Ok(())
 }
 
-/// [`write_folder`] for a report: no file of an earlier one stays beside it, but a history, and what others put there.
+/// [`write_folder`] for a report: files of an earlier one are removed, except a history; foreign files are kept.
 ///
 /// # Errors
 /// Those of [`write_folder`]; files that cannot be removed.
@@ -70,7 +70,7 @@ pub fn write_report(folder: &Path, fill: impl FnOnce(&Path) -> Result<()>) -> Re
     })
 }
 
-/// Adds the folder of a page to the files of the report that it belongs to.
+/// Adds the folder of a page to the list of files of the report that it belongs to.
 ///
 /// # Errors
 /// A list that cannot be written.
@@ -81,9 +81,9 @@ pub fn list(folder: &Path, name: &str) -> Result<()> {
     written.map_err(Error::io(&path, "write"))
 }
 
-/// Removes the files of an earlier report, but for those of these names, and the folders of pages with theirs.
+/// Removes the files of an earlier report, except those with these names, and the folders of pages with their files.
 fn remove(folder: &Path, but: &[String]) -> Result<()> {
-    // One of an earlier version has no list.
+    // A report of an earlier version has no list.
     let Ok(earlier) = file::text(&folder.join(LIST)) else {
         return Ok(());
     };
@@ -102,7 +102,7 @@ fn remove(folder: &Path, but: &[String]) -> Result<()> {
         };
         if found.is_dir() {
             remove(&path, &[])?;
-            // What somebody else put there stays.
+            // Foreign files stay.
             let _ = fs::remove_file(path.join(LIST)).and_then(|()| fs::remove_dir(&path));
         } else {
             fs::remove_file(&path).map_err(Error::io(&path, "remove"))?;
@@ -111,10 +111,10 @@ fn remove(folder: &Path, but: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// The names of the files of a report, one a line, in its folder.
+/// The names of the files of a report, one per line, in its folder.
 const LIST: &str = ".faceoff-report";
 
-/// What is in a folder, sorted.
+/// The names of all entries of a folder, sorted.
 ///
 /// # Errors
 /// A folder that cannot be read.

@@ -11,10 +11,10 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::save;
 
-/// The version of every schema; `schema/` beside this file has them.
+/// The version of every schema; they are in the folder `schema/`.
 const VERSION: u32 = 1;
 
-/// A result with what it is and who made it.
+/// A result with its schema and program.
 #[derive(Serialize)]
 struct Document<'a, T> {
     /// `faceoff/verify/1`: the name of the schema.
@@ -25,17 +25,17 @@ struct Document<'a, T> {
     result: &'a T,
 }
 
-/// A result and what it is judged to be.
+/// A result and its verdict.
 #[derive(Serialize)]
 pub(super) struct Judged<'a, T> {
-    /// What it is judged to be.
+    /// The verdict.
     pub verdict: Verdict,
     /// The result.
     #[serde(flatten)]
     pub found: &'a T,
 }
 
-/// `verify`, `mesh-check`: a command as schemas and files have it.
+/// `verify`, `mesh-check`: the name of a command in schemas and files.
 pub fn slug(command: &str) -> String {
     match command {
         "mesh convert" | "mesh make" | "mesh refine" => "mesh-written".into(),
@@ -60,7 +60,7 @@ pub fn document(command: &str, result: &impl Serialize) -> Result<String> {
     Ok(visible(&text) + "\n")
 }
 
-/// A JSON text in which what misleads people is written by its number, which is the same to programs: it is in strings alone.
+/// A JSON text in which misleading characters are escaped by number, which programs read as the same text: they only occur in strings.
 pub fn visible(json: &str) -> String {
     let mut text = String::with_capacity(json.len());
     for c in json.chars() {
@@ -72,12 +72,12 @@ pub fn visible(json: &str) -> String {
     text
 }
 
-/// Does `-` mean that the result itself goes to standard output?
+/// Does `-` select standard output for the result?
 pub fn is_stdout(path: Option<&Path>) -> bool {
     path.is_some_and(|path| path.as_os_str() == "-")
 }
 
-/// Writes a text to `path`, beside and then renamed; to standard output for `-`.
+/// Writes a text to `path`, by a temporary file that is renamed; to standard output for `-`.
 ///
 /// # Errors
 /// A file that cannot be written.
@@ -90,8 +90,8 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
     save(path, [text.as_bytes()])
 }
 
-/// Serialized values as CSV (RFC 4180): one a line, of each the fields that the head names; numbers with all digits, and
-/// nothing where there is nothing.
+/// Serialized values as CSV (RFC 4180): one per line, with the fields named in the head; numbers with all digits, and
+/// empty fields for missing values.
 pub fn csv(head: &str, rows: impl Iterator<Item = Value>) -> String {
     let text = |field: &Value| match field {
         Value::Null => String::new(),

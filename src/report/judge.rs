@@ -1,4 +1,4 @@
-//! What `judge` found.
+//! The report of `judge`.
 
 use std::path::{Path, PathBuf};
 
@@ -20,12 +20,12 @@ use faceoff_fem::certify::{Certificate, Target};
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
-/// A field of a file in a scheme, as scripts read it.
+/// A field of a file in a scheme, for scripts.
 #[derive(Serialize)]
 pub struct Judgement {
     /// Does the field solve the scheme?
     pub verdict: Verdict,
-    /// What is wrong where, and why.
+    /// The fault, its place and its cause.
     sentence: Text,
     scene: String,
     result: String,
@@ -42,12 +42,12 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// The file without its folders.
+    /// The name of the file without its folders.
     fn name(&self) -> &str {
         self.result.rsplit('/').next().unwrap_or(&self.result)
     }
 
-    /// Of a field that was read from `result` as a function in the case's space; `certificate`, or why there is none.
+    /// For a field that was read from `result` as a function in the case's space; `certificate`, or why there is none.
     pub fn new(
         result: &Path,
         case: &Case,
@@ -79,7 +79,7 @@ impl Judgement {
 /// The report of a judgement of u in a case.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn judge<'a>(
     told: &'a Judgement,
     case: &'a Case,
@@ -185,7 +185,7 @@ pub fn judge<'a>(
     Ok(report)
 }
 
-/// What to do about a field that does not solve.
+/// Suggestions for a field that does not solve.
 fn next(told: &Judgement) -> Vec<Todo> {
     if told.verdict.passes() {
         return Vec::new();
@@ -198,7 +198,7 @@ fn next(told: &Judgement) -> Vec<Todo> {
     look.chain([hold, Todo::only(rows)]).collect()
 }
 
-/// So many faces a terminal has room for.
+/// The most faces on a terminal.
 const FACES: usize = 10;
 
 fn residual(found: &Findings) -> String {

@@ -1,4 +1,4 @@
-//! What `judge` found about a result in a form.
+//! The report of `judge` about a result in a form.
 
 use std::path::{Path, PathBuf};
 
@@ -16,13 +16,13 @@ use faceoff_form::judge::Row;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
-/// Rows that are told one by one.
+/// The number of rows that are listed one by one.
 const MOST: usize = 8;
 
-/// A result of a file in a form, as scripts read it.
+/// A result of a file in a form, for scripts.
 #[derive(Serialize)]
 pub struct FormJudgement {
-    /// What was found.
+    /// The findings.
     #[serde(flatten)]
     pub found: InForm,
     form: String,
@@ -43,21 +43,21 @@ pub struct FormJudgement {
     names: Vec<(String, bool)>,
 }
 
-/// A given mean.
+/// A prescribed mean.
 #[derive(Serialize)]
 struct MeanError {
     unknown: String,
     error: f64,
 }
 
-/// A row, or a given value.
+/// A row, or a prescribed value.
 #[derive(Serialize)]
 struct RowTold {
     unknown: String,
     at: [f64; 3],
     error: f64,
     residual: f64,
-    /// The text of its largest term; of a given value none.
+    /// The text of its largest term; empty for a prescribed value.
     #[serde(skip_serializing_if = "Option::is_none")]
     term: Option<String>,
 }
@@ -66,12 +66,12 @@ struct RowTold {
 #[derive(Serialize)]
 struct TermTold {
     term: String,
-    /// Its largest row, over the sizes of rows.
+    /// Its largest row, relative to the sizes of the rows.
     largest: f64,
 }
 
 impl FormJudgement {
-    /// Of a file, in the form of a file.
+    /// From a result file and a form file.
     pub fn new(result: &Path, scene: &str, problem: &Problem, found: InForm) -> Self {
         let names = problem.unknowns.iter().map(|u| {
             let has_components = u.space.size.is_some() && !u.space.element.is_vector();
@@ -117,7 +117,7 @@ impl FormJudgement {
     }
 }
 
-/// `u`, or `u[1]` of a vector.
+/// `u`, or `u[1]` for a vector.
 fn called(names: &[(String, bool)], row: &Row) -> String {
     match &names[row.unknown] {
         (name, true) => format!("{name}[{}]", row.component),
@@ -128,7 +128,7 @@ fn called(names: &[(String, bool)], row: &Row) -> String {
 /// The report of a judgement.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn judge_form(told: &FormJudgement, inputs: Vec<PathBuf>) -> Result<Report<'_>> {
     let (found, form) = (&told.found, &told.form);
     let title = format!("faceoff judge: {}, {form}", told.result);

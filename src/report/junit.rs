@@ -1,4 +1,4 @@
-//! JUnit XML, as CI servers read it. What disagrees is a failure, what could not be judged an error; nothing is skipped.
+//! JUnit XML for CI servers. A disagreement is a failure, a case that could not be judged an error; nothing is skipped.
 
 use maud::{Markup, html};
 
@@ -6,12 +6,12 @@ use super::console::misleads;
 use super::model::{Report, Suite, TestCase};
 use faceoff_judge::Verdict;
 
-/// What a report has judged, as XML.
+/// The judged cases of a report, as XML.
 pub(super) fn junit(report: &Report) -> String {
     let mut suites: Vec<&Suite> = report.suites.iter().collect();
     let cases = || report.suites.iter().flat_map(|suite| &suite.cases);
     let verdict = report.verdict.map(|(verdict, _)| verdict);
-    // Who reads no more than this must not take what was not judged for a pass.
+    // A reader of only this must not mistake an unjudged case for a pass.
     let is_told = |verdict: Verdict| match verdict.passes() {
         true => cases().next().is_some(),
         false => cases().any(|case| !case.verdict.passes()),
@@ -25,7 +25,7 @@ pub(super) fn junit(report: &Report) -> String {
     encode(&format!("faceoff {}", report.command), &suites)
 }
 
-/// How a verdict that is no pass is called.
+/// The name of a verdict that does not pass.
 fn kind(verdict: Verdict) -> Option<&'static str> {
     match verdict {
         Verdict::Agree | Verdict::Conditioned => None,
@@ -34,7 +34,7 @@ fn kind(verdict: Verdict) -> Option<&'static str> {
     }
 }
 
-/// Cases, failures, errors, and the seconds of all.
+/// Cases, failures, errors, and the total time in seconds.
 fn counts(suites: &[&Suite]) -> ([usize; 3], String) {
     let cases = || suites.iter().flat_map(|suite| &suite.cases);
     let of = |wanted| {
@@ -58,7 +58,7 @@ fn encode(name: &str, suites: &[&Suite]) -> String {
             "\n"
         }
     };
-    // Without the characters that XML 1.0 cannot hold, which engines' own messages may have, and with those that mislead shown.
+    // Without the characters that XML 1.0 does not allow, which messages of engines may contain, and with misleading ones made visible.
     let shown = |c: char| if misleads(c) { '\u{fffd}' } else { c };
     let allowed = |c: &char| matches!(c, '\t' | '\n' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);
     let all = all.into_string();

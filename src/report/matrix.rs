@@ -1,4 +1,4 @@
-//! The matrix of releases: a table, what each was before, and a badge for each.
+//! The matrix of releases: a table, its history, and a badge for each release.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::error::{Error, Place as Where, Result};
 use faceoff_mesh::file;
 
-/// One run, a line of the history.
+/// One run, which is a line of the history.
 #[derive(Serialize, Deserialize)]
 pub struct Past {
     pub date: String,
@@ -27,10 +27,10 @@ pub struct Past {
 
 const HISTORY: &str = "history.jsonl";
 
-/// Earlier runs that a folder has, the oldest first; none in a new folder.
+/// Earlier runs in a folder, the oldest first; empty for a new folder.
 ///
 /// # Errors
-/// A file that cannot be read, a line that is none of ours.
+/// A file that cannot be read, a line that this program did not write.
 pub fn past(folder: &Path) -> Result<Vec<Past>> {
     let path = folder.join(HISTORY);
     if !path.exists() {
@@ -47,7 +47,7 @@ pub fn past(folder: &Path) -> Result<Vec<Past>> {
     lines.map(read).collect()
 }
 
-/// The folder of the page of a scene and method, beside that of the matrix.
+/// The folder of the page of a scene and method, relative to that of the matrix.
 pub fn cell_name(place: &Place) -> String {
     plain(&format!("{}-{}", place.scene, place.method), '_')
 }
@@ -55,7 +55,7 @@ pub fn cell_name(place: &Place) -> String {
 /// The page of each scene and method, as `verify` writes it.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn matrix_cells(outcome: &MatrixOutcome) -> Result<Vec<(&Place, Report<'_>)>> {
     let pages = outcome.cases.iter().map(|(place, outcome)| {
         let report = verify(Verified {
@@ -148,7 +148,7 @@ fn of<'a>(outcome: &'a MatrixOutcome, release: &Release) -> impl Iterator<Item =
         .filter(move |cell| cell.release == name)
 }
 
-/// A line a scene and method, a column a release.
+/// One line per scene and method, one column per release.
 fn table(outcome: &MatrixOutcome) -> Table {
     let version = |of: &Release| match &of.version {
         Some(version) if !version.contains(' ') => format!("{} {version}", of.name),
@@ -188,7 +188,7 @@ fn word(became: Became) -> &'static str {
     }
 }
 
-/// Why, each once.
+/// The reasons, each once.
 fn sentences(outcome: &MatrixOutcome) -> Vec<Text> {
     let said = outcome.cells.iter().filter_map(|cell| {
         let sentence = text!(
@@ -202,7 +202,7 @@ fn sentences(outcome: &MatrixOutcome) -> Vec<Text> {
     each_once(said, outcome.cells.len() / outcome.releases.len().max(1))
 }
 
-/// What was not refused.
+/// The results that are not refusals.
 fn suite(release: &Release, cells: &[&Entry]) -> Suite {
     let cases = cells.iter().filter_map(|cell| {
         let verdict = cell.became.verdict()?;

@@ -1,4 +1,4 @@
-//! What a mesh file holds, and what is wrong with it.
+//! The contents of a mesh file, and its faults.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,7 +20,7 @@ use faceoff_mesh::mesh::{CellKind, Mesh};
 /// The report of `mesh info`.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn info_report<'a>(file: &Path, info: &'a Info, mesh: &'a Mesh) -> Result<Report<'a>> {
     let version = info.version.as_deref().unwrap_or("");
     let about = format!(
@@ -46,7 +46,7 @@ pub fn info_report<'a>(file: &Path, info: &'a Info, mesh: &'a Mesh) -> Result<Re
     Ok(report)
 }
 
-/// What a mesh holds, as tables.
+/// The contents of a mesh, as tables.
 pub fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
     let own = [
         ("points", holds.points),
@@ -87,11 +87,11 @@ pub fn holds<'a>(holds: &Holds) -> Vec<Block<'a>> {
     blocks
 }
 
-/// Something that a mesh should not have: what it is, how often it is there, of how many it is a fault to have more, and whether it
-/// is a fault of single cells.
+/// Something that a mesh should not have: its name, how often it occurs, the largest number that is not a fault, and whether it
+/// belongs to single cells.
 type Kind<'a> = (&'static str, &'a Defects, usize, bool);
 
-/// A number in a table, in words where there is none.
+/// A number in a table, or a text if there is none.
 fn range(value: Option<f64>) -> Cell {
     match value {
         Some(value) => Cell::number(value, value.to_string()),
@@ -102,7 +102,7 @@ fn range(value: Option<f64>) -> Cell {
 /// The report of `mesh check`.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>> {
     let Checked { found, content } = checked;
     let mesh = &content.mesh;
@@ -131,7 +131,7 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
             0,
             false,
         ),
-        // One part is as it should be.
+        // One part is normal.
         ("parts that are not connected", &found.parts, 1, false),
     ];
     let odd = kinds
@@ -223,7 +223,7 @@ pub fn check_report<'a>(file: &Path, checked: &'a Checked) -> Result<Report<'a>>
     Ok(report)
 }
 
-/// What a file holds, and what is wrong with its mesh.
+/// The contents of a file, and the faults of its mesh.
 pub struct Checked {
     /// Of the mesh.
     pub found: Soundness,
@@ -241,7 +241,7 @@ impl Checked {
     }
 }
 
-/// The JSON form of what [`Checked`] has.
+/// The JSON form of [`Checked`].
 #[derive(Serialize)]
 struct FoundAndUnread<'a> {
     verdict: Verdict,
@@ -249,7 +249,7 @@ struct FoundAndUnread<'a> {
     found: &'a Soundness,
     /// Parts of the file.
     unread: &'a [Unread],
-    /// Oddities of the file that leave nothing out.
+    /// Oddities of the file that lose no data.
     #[serde(skip_serializing_if = "<[String]>::is_empty")]
     warnings: &'a [String],
 }
@@ -277,21 +277,21 @@ fn quality<'a>(of: &Quality) -> [Block<'a>; 2] {
     [bins.into(), Block::facts(worst)]
 }
 
-/// The longest bar of a histogram, in letters.
+/// The longest bar of a histogram, in characters.
 const BAR: usize = 40;
 
-/// What `mesh info` tells; its JSON form is a contract.
+/// The result of `mesh info`; its JSON form is a contract.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Info {
     /// The name of a native format, or `other`.
     pub format: String,
-    /// Of the format, where the file states one.
+    /// The version of the format, if the file states one.
     pub version: Option<String>,
-    /// `ascii`, `binary-little`, `binary-big`, or the format's own name for it.
+    /// `ascii`, `binary-little`, `binary-big`, or the format's name for it.
     pub encoding: String,
-    /// Ascending; none if the file has none.
+    /// Ascending; empty if the file has none.
     pub times: Vec<f64>,
-    /// What is in it.
+    /// The contents.
     #[serde(flatten)]
     pub holds: Holds,
     /// Oddities of the file, and what was not read.
@@ -300,35 +300,35 @@ pub struct Info {
     pub unread: Vec<Unread>,
 }
 
-/// What a mesh holds.
+/// The contents of a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Holds {
-    /// All points of the file, those of no cell included.
+    /// The number of all points of the file, including those of no cell.
     pub points: usize,
-    /// Cells of one vertex.
+    /// The number of cells of one vertex.
     pub vertices: usize,
-    /// Of two vertices.
+    /// The number of cells of two vertices.
     pub lines: usize,
-    /// Of three vertices.
+    /// The number of cells of three vertices.
     pub triangles: usize,
-    /// Of four vertices.
+    /// The number of cells of four vertices.
     pub tetrahedra: usize,
     /// Number of cells of each other type.
     pub other_cells: BTreeMap<String, usize>,
-    /// The highest degree of the cells, where it is known.
+    /// The highest degree of the cells, if it is known.
     pub order: Option<usize>,
-    /// The least and the largest coordinates of the points; none without points.
+    /// The least and the largest coordinates of the points; `None` without points.
     pub r#box: Option<[[f64; 3]; 2]>,
     /// In the order of the mesh.
     pub groups: Vec<GroupInfo>,
-    /// By name and what carries them.
+    /// By name and kind of entity.
     pub fields: Vec<FieldInfo>,
 }
 
 /// A group in a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GroupInfo {
-    /// Of its cells.
+    /// The dimension of its cells.
     pub dim: u8,
     /// Its number.
     pub tag: i64,
@@ -341,24 +341,24 @@ pub struct GroupInfo {
 /// A field on a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FieldInfo {
-    /// In the file.
+    /// The name in the file.
     pub name: String,
     /// `points`, `cells` or `cell points`.
     pub on: String,
-    /// Values at each place.
+    /// The number of values per entity.
     pub components: usize,
-    /// The least of its finite values at all times; none without one.
+    /// The least of its finite values at all times; `None` if there is none.
     pub least: Option<f64>,
     /// The largest of them.
     pub largest: Option<f64>,
-    /// Values that are infinite or no number.
+    /// The number of values that are infinite or NaN.
     pub not_finite: usize,
-    /// The number of its times; 1 if it is of no time.
+    /// The number of its times; 1 if it has no time.
     pub times: usize,
 }
 
 impl Holds {
-    /// Counts, and the extent of points and fields.
+    /// Counts, and the ranges of points and fields.
     pub fn new(mesh: &Mesh) -> Self {
         let named = [
             CellKind::Vertex,
@@ -435,7 +435,7 @@ fn fields(mesh: &Mesh) -> Vec<FieldInfo> {
 }
 
 impl Info {
-    /// Of a file's content; `times` are those of all of its series.
+    /// From a file's contents; `times` are those of all of its series.
     pub fn new(content: &Content, times: Vec<f64>) -> Self {
         let mut warnings = [content.warnings.clone(), unread(content)].concat();
         let mut own = io::NATIVE.iter().map(|format| format.names[0]);
@@ -455,7 +455,7 @@ impl Info {
     }
 }
 
-/// What the reader left behind.
+/// The parts that the reader skipped.
 pub fn unread(content: &Content) -> Vec<String> {
     let unread = content.unread.iter();
     unread.map(|part| format!("not read: {part}")).collect()

@@ -1,4 +1,4 @@
-//! What people and programs read, from one model of a report: the page, the terminal, JSON, JUnit, badges, annotations;
+//! All output for people and programs, from one model of a report: the page, the terminal, JSON, JUnit, badges, annotations;
 //! and fields as VTU.
 
 mod annotations;

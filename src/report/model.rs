@@ -1,4 +1,4 @@
-//! What a command has to say, said once: the page, the terminal, JSON, JUnit and annotations are made from it.
+//! The report of a command, stated once: the page, the terminal, JSON, JUnit and annotations are made from it.
 
 use std::path::{Path, PathBuf};
 
@@ -15,52 +15,52 @@ use faceoff_mesh::error::Result;
 
 /// The result of one command.
 pub struct Report<'a> {
-    /// `verify`, `mesh check`: as it is typed.
+    /// `verify`, `mesh check`: the command as it is typed.
     pub command: &'static str,
     /// The question that it answers.
     pub title: String,
-    /// Where something is judged: the verdict, and the word for it.
+    /// If something is judged: the verdict, and the word for it.
     pub verdict: Option<(Verdict, &'static str)>,
-    /// The answer in one sentence; where it is empty, the verdict, and the claim where that is no pass or nothing is judged.
+    /// The answer in one sentence. If it is empty, the verdict is used, and the claim if the verdict does not pass or nothing is judged.
     pub headline: Text,
-    /// The answer, and all that it rests on.
+    /// The answer, with its evidence.
     pub story: Story<'a>,
-    /// By which methods, and what numbers mean: the foot of the page.
+    /// The methods, and the meaning of numbers: the foot of the page.
     pub notes: Vec<Text>,
     /// Engines and their versions.
     pub engines: Vec<(String, String)>,
     /// Digests of meshes, by name.
     pub digests: Vec<(String, String)>,
-    /// Files that were read, of which the page has the digests.
+    /// Input files, whose digests are on the page.
     pub inputs: Vec<PathBuf>,
-    /// What was judged, one by one.
+    /// The judged cases.
     pub suites: Vec<Suite>,
-    /// Data that go into the folder of the report.
+    /// Data for the folder of the report.
     pub files: Vec<Write<'a>>,
-    /// The whole as JSON.
+    /// The whole result as JSON.
     pub json: String,
 }
 
-/// What is told, top down: each part says more than the one before. A terminal has room for the rest, and then the headline.
+/// The text, top down: each part has more detail than the one before. A terminal shows the rest, and then the headline.
 #[derive(Default)]
 pub struct Story<'a> {
-    /// The answer as the page says it, without place and digits. Where it is empty, the headline.
+    /// The answer on the page, without position and digits. If it is empty, the headline.
     pub claim: Text,
-    /// What the claim rests on, in three lines.
+    /// The evidence for the claim, in three lines.
     pub rests_on: Text,
-    /// What shows it, beside what to do next.
+    /// The picture, next to the suggestions.
     pub picture: Vec<Block<'a>>,
     /// Suggestions, the best first.
     pub next: Vec<Todo>,
-    /// What was found, top down.
+    /// The findings, top down.
     pub rest: Vec<Block<'a>>,
 }
 
-/// What to do next, and what one would type to do it.
+/// A suggestion, with the commands to type.
 pub struct Todo {
-    /// What to do, as a sentence.
+    /// The suggestion as a sentence.
     pub words: Text,
-    /// Each as one would type it.
+    /// The commands.
     pub commands: Vec<String>,
 }
 
@@ -69,54 +69,54 @@ pub type Write<'a> = Box<dyn Fn(&Path) -> Result<()> + 'a>;
 
 /// A part of a report.
 pub enum Block<'a> {
-    /// From 2, the largest.
+    /// A heading; the largest has level 2.
     Heading(u8, Text),
     /// A paragraph.
     Text(Text),
-    /// An item each.
+    /// A list.
     List(Vec<Text>),
-    /// What one would type.
+    /// Commands to type.
     Commands(Vec<String>),
-    /// Names and what they are.
+    /// Names with their descriptions.
     Facts(Vec<(Text, Text)>),
-    /// Words and numbers in columns.
+    /// A table.
     Table(Table),
     /// The same under a heading of the page.
     Titled(Text, Table),
     /// A picture with its caption.
     Figure(Figure<'a>),
-    /// Folded on the page until it is asked for: by a name, and what less is said of it.
+    /// Folded on the page until it is opened: with a name, and a short form of its contents.
     Folded([Text; 2], Vec<Block<'a>>),
-    /// Side by side on the page, each over so many of twelve columns.
+    /// Side by side on the page, each with its number of twelve columns.
     Beside(Vec<(&'static str, Vec<Block<'a>>)>),
-    /// What the terminal has no room for.
+    /// Only for the page.
     Page(Vec<Block<'a>>),
-    /// What the page says in another way.
+    /// Only for the terminal.
     Terminal(Vec<Block<'a>>),
-    /// A part of a page that is drawn when there is one.
+    /// A part of a page that is drawn when the page is made.
     Drawn(Box<dyn Fn() -> Result<Html> + 'a>),
 }
 
-/// A picture: in the page, and as NAME.svg beside it.
+/// A picture: in the page, and as NAME.svg in its folder.
 pub struct Figure<'a> {
-    /// Of its file, without suffix.
+    /// The name of its file, without suffix.
     pub name: String,
-    /// What it shows.
+    /// The caption.
     pub caption: Text,
-    /// What draws it for a page of a width.
+    /// Draws it for a page of a given width.
     pub picture: Box<dyn Fn(f64) -> Picture + 'a>,
 }
 
 impl Figure<'_> {
-    /// The name of its file, without what would lead out of the folder.
+    /// The name of its file, without parts that would leave the folder.
     pub fn file(&self) -> String {
         plain(&self.name, '-') + ".svg"
     }
 }
 
-/// What was judged together.
+/// Cases that were judged together.
 pub struct Suite {
-    /// As JUnit has it.
+    /// The name in JUnit.
     pub name: String,
     /// Name and value.
     pub properties: Vec<(&'static str, String)>,
@@ -126,22 +126,22 @@ pub struct Suite {
 
 /// One thing that was judged.
 pub struct TestCase {
-    /// By which servers group: the case or the files.
+    /// The key by which servers group: the case or the files.
     pub class: String,
     /// Unique in its class.
     pub name: String,
-    /// How an annotation calls what is wrong, where that is not suite and name.
+    /// The title of an annotation, if it is not suite and name.
     pub title: Option<String>,
-    /// That it took; 0 where it was not timed.
+    /// The time in seconds; 0 if it was not measured.
     pub seconds: f64,
-    /// A pass, a failure or an error of JUnit.
+    /// Passed, failed or error in JUnit.
     pub verdict: Verdict,
-    /// Why it is no pass.
+    /// Why it does not pass.
     pub message: String,
 }
 
 impl<'a> Report<'a> {
-    /// A report without anything but its JSON.
+    /// A report that only has JSON.
     ///
     /// # Errors
     /// A result that JSON cannot hold.
@@ -219,12 +219,12 @@ impl<'a> Report<'a> {
 }
 
 impl Todo {
-    /// What to do without a command.
+    /// A suggestion without a command.
     pub fn only(words: impl Into<Text>) -> Self {
         Todo::new(words, None::<String>)
     }
 
-    /// What to do, and the commands that do it.
+    /// A suggestion, and its commands.
     pub fn new<S: Into<String>>(
         words: impl Into<Text>,
         commands: impl IntoIterator<Item = S>,
@@ -237,7 +237,7 @@ impl Todo {
 }
 
 impl TestCase {
-    /// What took no time of its own, and which annotations call by suite and name.
+    /// A case without a separate time, which annotations name by suite and name.
     pub fn new(class: &str, name: impl Into<String>, verdict: Verdict, message: String) -> Self {
         TestCase {
             class: class.to_owned(),
@@ -251,7 +251,7 @@ impl TestCase {
 }
 
 impl Suite {
-    /// Of one case: does something do what it should?
+    /// A single case, with its expectation.
     pub fn of(subject: &str, class: &str, does: [&str; 2], verdict: Verdict, why: String) -> Self {
         let case = TestCase {
             title: Some(format!("{subject} {}", does[1])),
@@ -276,29 +276,29 @@ impl<'a> Block<'a> {
         Block::Text(words.into())
     }
 
-    /// A heading; of level 2 the largest.
+    /// A heading; the largest has level 2.
     pub fn heading(level: u8, words: impl Into<Text>) -> Self {
         Block::Heading(level, words.into())
     }
 
-    /// An item each.
+    /// A list.
     pub fn list(items: impl IntoIterator<Item = impl Into<Text>>) -> Self {
         Block::List(items.into_iter().map(Into::into).collect())
     }
 
-    /// Folded on the page, by a name and what less is said of it.
+    /// Folded on the page, with a name and a short form.
     pub fn folded(name: impl Into<Text>, about: impl Into<Text>, inner: Vec<Self>) -> Self {
         Block::Folded([name.into(), about.into()], inner)
     }
 
-    /// Names and what they are.
+    /// Names with their descriptions.
     pub fn facts<N: Into<Text>, F: Into<Text>>(facts: impl IntoIterator<Item = (N, F)>) -> Self {
         let facts = facts.into_iter();
         let facts = facts.map(|(name, fact)| (name.into(), fact.into()));
         Block::Facts(facts.collect())
     }
 
-    /// A part of the page, which nothing keeps from being drawn.
+    /// A part of the page whose drawing cannot fail.
     pub fn drawn(draw: impl Fn() -> Html + 'a) -> Self {
         Block::Drawn(Box::new(move || Ok(draw())))
     }
@@ -310,7 +310,7 @@ impl From<Table> for Block<'_> {
     }
 }
 
-/// Three digits: `0.123`, `1.23 · 10⁻⁴`; 0 is `0`, and what is not finite a dash.
+/// Three digits: `0.123`, `1.23 · 10⁻⁴`; 0 is `0`, and values that are not finite are a dash.
 pub fn short(value: f64) -> String {
     number(value, 3)
 }
@@ -351,19 +351,19 @@ pub fn sentence(message: &str) -> String {
     format!("{}.", message.trim_end_matches('.'))
 }
 
-/// Words with something between them.
+/// Words with a separator.
 pub fn joined(words: impl IntoIterator<Item = String>, between: &str) -> String {
     words.into_iter().collect::<Vec<_>>().join(between)
 }
 
-/// As part of a file's name, with this for what would lead elsewhere.
+/// As part of a file's name, with a replacement for characters that lead elsewhere.
 pub fn plain(name: &str, instead: char) -> String {
     let kept = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_');
     let of = |c| if kept(c) { c } else { instead };
     name.chars().map(of).collect()
 }
 
-/// Each sentence once, with all places where it is said; with none where those are all that there are.
+/// Each sentence once, with all its places; without places if it applies to all of them.
 pub fn each_once(said: impl Iterator<Item = (Text, Text)>, all: usize) -> Vec<Text> {
     let mut known: Vec<(Text, Vec<Text>)> = Vec::new();
     for (sentence, place) in said {

@@ -1,4 +1,4 @@
-//! Observed orders beside theory.
+//! The report of observed orders and those of theory.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use faceoff_mesh::error::Result;
 /// The report of all orders.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     let verdicts = all
         .iter()
@@ -22,7 +22,7 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
         .flatten();
     let of = |wanted: Reach| verdicts.clone().filter(|v| *v == wanted).count();
     let known = verdicts.clone().count();
-    // Of no theory, or at rounding.
+    // Without a theoretical order, or at rounding.
     let open = match 2 * all.len() - known {
         0 => String::new(),
         open => format!(", {open} with nothing to judge"),
@@ -95,7 +95,7 @@ pub fn orders(all: &[Orders]) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// A norm: an error in it, the order that fits, and that of theory.
+/// A norm: an error in it, the fitted order, and that of theory.
 type Norm = (
     fn(&Errors) -> f64,
     fn(&Orders) -> Option<f64>,
@@ -124,8 +124,8 @@ fn figures(all: &[Orders]) -> Html {
     pictures.collect()
 }
 
-/// Errors over the numbers that meshes go by, each line with its name and the order that fits; dotted the least and the largest
-/// order of theory.
+/// Errors over the refinements of the meshes, each line with its name and the fitted order; dotted the least and the largest
+/// theoretical order.
 pub(super) fn over_n(
     name: &str,
     lines: impl Iterator<Item = (String, Vec<[f64; 2]>, Option<f64>)>,
@@ -160,7 +160,7 @@ pub(super) fn over_n(
     }
 }
 
-/// Such panels under their caption.
+/// Such panels with their caption.
 pub(super) fn orders_figure(caption: Text, panels: Vec<Chart>, widest: f64) -> Html {
     let has_theory = panels.iter().any(|panel| !panel.slopes.is_empty());
     let dotted = has_theory.then_some("; dotted: orders of theory");
@@ -174,7 +174,7 @@ type Order<'a> = (
     fn(&Errors) -> f64,
 );
 
-/// One line a scene and method.
+/// One line per scene and method.
 fn in_norm<'a>(norm: &str, all: &'a [Orders], of: impl Fn(&'a Orders) -> Order<'a>) -> Table {
     let last = |o: &Orders, error: fn(&Errors) -> f64| match o.levels.last()? {
         level if level.converged => Some(Cell::from(error(&level.errors))),

@@ -1,4 +1,4 @@
-//! Section 6 of the paper again.
+//! The report of section 6 of the paper.
 
 mod convergence;
 
@@ -19,7 +19,7 @@ const QUESTION: &str = "faceoff paper: Burman, Hansbo, Larson (2017), section 6,
 /// The report of all that was computed.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
     let all = || outcome.statements.iter();
     let of = |holds| all().filter(|s| s.holds == holds).count();
@@ -38,13 +38,13 @@ pub fn paper(outcome: &PaperOutcome) -> Result<Report<'_>> {
         count(outcome.examples.len(), "example")
     );
     report.story.rest.push(Block::text(text!("The penalty-free method on CR (`cr`), γ = {} h with h the cells' diameter, on Union-Jack meshes of n × n squares; errors relative \
-         to the norms of u: H¹ is ‖∇(u-u_h)‖_h/‖∇u‖. The reference is P2 on {outcome.fine} × {outcome.fine} as in the paper, and beside it the mesh-free solution. \
-         The paper states neither γ₀, nor the splitting of its fixed point, nor its start: here γ₀ is the program's own, and Newton's iteration \
+         to the norms of u: H¹ is ‖∇(u-u_h)‖_h/‖∇u‖. The reference is P2 on {outcome.fine} × {outcome.fine} as in the paper, and the mesh-free solution in addition. \
+         The paper states neither γ₀, nor the splitting of its fixed point, nor its initial guess: here γ₀ is the default, and Newton's iteration \
          starts from u = 0.", outcome.gamma0.to_string())));
     let verdict = |holds| match holds {
         Some(true) => "holds",
         Some(false) => "does not hold",
-        None => "are undecided",
+        None => "undecided",
     };
     let statements = table!("", all(), |s|
         "example" => &s.example,
@@ -113,7 +113,7 @@ fn of_series(s: &Series) -> Table {
         "CR by {} {}; the fit is over the last three meshes.",
         s.engine, s.version
     );
-    // Each mesh, and the fit at last.
+    // Each mesh, and finally the fit.
     let rows = s.levels.iter().map(Some).chain([None]).enumerate();
     let order = |level: Option<&SeriesLevel>, k: usize, observed: &Observed| match level {
         Some(_) => order(observed, k),
@@ -138,14 +138,14 @@ fn of_series(s: &Series) -> Table {
     )
 }
 
-/// The order from the mesh before.
+/// The order relative to the mesh before.
 fn order(observed: &Observed, k: usize) -> Cell {
     before(&observed.steps, k)
         .map(|order| Cell::fixed(order, 2))
         .into()
 }
 
-/// Of values between meshes, that between the mesh before and this one.
+/// For values between meshes, that between the mesh before and this one.
 fn before(between: &[f64], k: usize) -> Option<f64> {
     between.get(k.checked_sub(1)?).copied()
 }
@@ -229,7 +229,7 @@ fn counts(outcome: &PaperOutcome) -> Vec<Block<'_>> {
     blocks
 }
 
-/// The names of columns, of which there is one for each mesh.
+/// The names of the columns, one per mesh.
 fn by_mesh(first: &[&str], n: &[usize], last: &str) -> Vec<String> {
     let first = first.iter().map(|name| (*name).to_owned());
     let meshes = n.iter().map(|n| format!("n = {n}"));
@@ -294,7 +294,7 @@ fn reached(iterations: Option<usize>) -> Cell {
 /// The report of the mesh-free references.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn references(references: &References) -> Result<Report<'_>> {
     let mut report = Report::new("paper reference", QUESTION, "", references)?;
     for (name, known) in &references.0 {

@@ -1,4 +1,4 @@
-//! Where a report comes from.
+//! The provenance of a report.
 
 use std::fs;
 use std::sync::OnceLock;
@@ -12,18 +12,18 @@ use crate::text::{Text, text};
 /// When the command began.
 static BEGUN: OnceLock<Instant> = OnceLock::new();
 
-/// From now on the time counts that the page says it took.
+/// Starts the clock for the time that the page reports.
 pub(super) fn begin() {
     BEGUN.get_or_init(Instant::now);
 }
 
-/// What a page says of where it comes from.
+/// The provenance on a page.
 pub(super) struct Provenance {
-    /// As it was typed.
+    /// The command as it was typed.
     pub command: String,
-    /// What everybody reads.
+    /// The short form.
     pub line: Vec<Text>,
-    /// All of it, by name.
+    /// All data, by name.
     pub all: Vec<(Text, Text)>,
 }
 

@@ -1,4 +1,4 @@
-//! What `solve` answers.
+//! The report of `solve`.
 
 use serde::Serialize;
 
@@ -19,7 +19,7 @@ use faceoff_fem::linear::Choice;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 
-/// The answer, as scripts read it.
+/// The answer, for scripts.
 #[derive(Serialize)]
 pub struct Answer {
     scene: String,
@@ -33,11 +33,11 @@ pub struct Answer {
     gamma0: f64,
     iteration: String,
     iterations: usize,
-    /// Newton's steps at other γ before the last of these, where this γ was reached by continuation.
+    /// Newton's steps at other γ before the last of these, if this γ was reached by continuation.
     #[serde(skip_serializing_if = "Option::is_none")]
     continuation: Option<usize>,
     increments: Vec<f64>,
-    /// Contact conditions that changed their status after each step; where the engine tells.
+    /// The number of contact conditions that changed their status in each step; empty if the engine does not report it.
     #[serde(skip_serializing_if = "Option::is_none")]
     active_set_changes: Option<Vec<usize>>,
     /// The scheme's residual after each step, relative to its largest terms.
@@ -50,9 +50,9 @@ pub struct Answer {
     ended: Option<Ended>,
     /// The step that the answer comes from.
     step: usize,
-    /// Backward error of the scheme.
+    /// Backward error in the scheme.
     residual: f64,
-    /// What stands between the scheme and exactly one solution, if that is not shown.
+    /// The condition for uniqueness of the solution that is not shown to hold; `None` if uniqueness is shown.
     #[serde(skip_serializing_if = "Option::is_none")]
     uniqueness: Option<Doubt>,
     grad_norm_sq: f64,
@@ -60,29 +60,29 @@ pub struct Answer {
     contact_flux: f64,
     contact_residual: f64,
     contact_set: ContactSet,
-    /// Where the scene knows u.
+    /// If u is known for the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Errors>,
-    /// Is it known but too costly here?
+    /// Is it known but too expensive here?
     #[serde(skip)]
     is_error_left_out: bool,
-    /// Bounds of its error, where they are known.
+    /// Bounds of its error, if they are known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificate: Option<Certified>,
-    /// How it was solved, where that was asked for.
+    /// How it was solved, if that was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Explanation>,
-    /// The meshes on the way to an accuracy, and how they ended.
+    /// The adaptive meshes up to an accuracy, and why they ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub meshes: Option<Vec<Step>>,
-    /// What solved the linear systems, and what it was predicted to take; of the Rust engine.
+    /// The solver of the linear systems, and its predicted cost; for the Rust engine.
     #[serde(skip_serializing_if = "Option::is_none")]
     linear: Option<Choice>,
     seconds: Seconds,
     peak_rss_mb: f64,
 }
 
-/// Wall-clock seconds; null where an engine does not tell.
+/// Wall-clock seconds; null if an engine does not report them.
 #[derive(Serialize)]
 pub struct Seconds {
     pub mesh: f64,
@@ -94,11 +94,11 @@ pub struct Seconds {
     pub total: f64,
 }
 
-/// Errors against the mesh-free solution take far longer than solving: on finer meshes `orders` has them.
+/// Errors with respect to the mesh-free solution take far longer than solving; `orders` computes them on finer meshes.
 const MOST_CELLS: usize = 150_000;
 
 impl Answer {
-    /// What an engine answered to a case, and the seconds for its mesh and its assembly.
+    /// The answer of an engine to a case, with the seconds for its mesh and its assembly.
     ///
     /// # Errors
     /// An exact solution that is not finite, or not known on this mesh.
@@ -171,7 +171,7 @@ impl Answer {
         })
     }
 
-    /// Is it an answer at all?
+    /// Is it a valid answer?
     pub fn is_finite(&self) -> bool {
         self.grad_norm_sq.is_finite()
     }
@@ -204,13 +204,13 @@ impl Answer {
         Some(text!("the scheme may have several solutions: {why}"))
     }
 
-    /// Does the scheme's residual bear out what another code says of its convergence? One whose factorisation failed may
-    /// take a step of nothing for the last one.
+    /// Does the scheme's residual confirm the convergence that another code reports? A code whose factorisation failed may
+    /// take the last step for zero.
     pub fn solves(&self, tolerance: f64) -> bool {
         self.residuals.is_some() || self.residual <= tolerance.max(RESIDUAL_TOLERANCE)
     }
 
-    /// What is wrong with one that does not.
+    /// The fault of an answer that does not.
     pub fn contradiction(&self) -> String {
         format!(
             "{} says that it converged, but its answer leaves a backward error of {:.1e} in the scheme; this is no solution: \
@@ -219,7 +219,7 @@ impl Answer {
         )
     }
 
-    /// What is wrong with an answer that was not reached.
+    /// The fault of an answer that was not reached.
     pub fn complaint(&self, tolerance: f64) -> String {
         if self.ended == Some(Ended::Undetermined) {
             return format!(
@@ -240,15 +240,15 @@ impl Answer {
     }
 }
 
-/// What Theorem 5.1 supposes of f, where it does not hold: only the elements that are not continuous need it.
+/// The assumption of Theorem 5.1 on f, if it does not hold: only discontinuous elements need it.
 pub fn no_trace(problem: &Problem) -> Option<Text> {
     (problem.space.element.on().faces && load_has_no_trace(problem)).then(|| text!("f grows without bound towards Γ_C, which (2.10) of the paper excludes: Theorem 5.1 does not bound the error here; take p1 or p2, which need no such f"))
 }
 
-/// The report of an answer: u of a case, with its certificate where there is one.
+/// The report of an answer: u of a case, with its certificate if there is one.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn solve<'a>(
     a: &'a Answer,
     case: &'a Case,
@@ -364,7 +364,7 @@ pub fn solve<'a>(
     Ok(report)
 }
 
-/// How a mesh is made.
+/// The generator of a mesh.
 pub fn words_of(way: Way) -> &'static str {
     match way {
         Way::Uniform => "uniform",

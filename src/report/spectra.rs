@@ -1,4 +1,4 @@
-//! Spectra of a face-off: eigenvalues that are the same, those that one code has alone, modes as spaces.
+//! Spectra in a problem file: common eigenvalues, those that only one code has, modes as spaces.
 
 use super::face_off::{NOT_JUDGED, level};
 use super::model::{Block, Cell, Table, TestCase, joined, table};
@@ -7,7 +7,7 @@ use crate::text::number::{number, size};
 use crate::text::{Text, text};
 use faceoff_judge::relative;
 
-/// The tables of one spectrum; the modal assurance criterion of the pair that is farthest from agreement is on the page alone.
+/// The tables of one spectrum; the modal assurance criterion of the pair that is farthest from agreement is only on the page.
 pub(super) fn blocks<'a>(of: &OfSpectrum) -> Vec<Block<'a>> {
     let mut all = vec![Block::Titled(
         text!("Spectrum `{of.spectrum}`"),
@@ -124,7 +124,7 @@ fn assurance_table(of: &OfSpectra) -> Table {
     Table::new("", head.collect::<Vec<_>>()).with(rows)
 }
 
-/// What is wrong with a spectrum, or how well it agrees.
+/// The fault of a spectrum, or how well it agrees.
 pub(super) fn words(of: &OfSpectrum) -> Vec<Text> {
     let rows = of.pairs.iter().chain(&of.exact).filter(|row| row.judged);
     let mut wrong = rows.clone().filter(|row| !row.verdict.passes());

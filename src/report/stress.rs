@@ -1,4 +1,4 @@
-//! What breaks: a map with a line an extreme and a column a method.
+//! The report of stress tests: a map with one line per extreme and one column per method.
 
 use serde_json::json;
 
@@ -18,7 +18,7 @@ const HOW: &str = "Each problem has a known solution. `holds`: the relative erro
     values, or below 10⁻⁸. `× 10`: it is ten times that. `refuses`: in words, below. `wrong`: a result reported as right that is not.";
 const AMPLIFIED: &str = "The condition is an estimate, from below, of Skeel's condition number of the linearised scheme at each answer: how many times a \
     relative rounding of its terms shows in u. Digits are those that agree with the moderate solution, where that has the same dofs.";
-/// The grounds of the map, and what each means.
+/// The backgrounds of the map, with their meanings.
 const LEGEND: [(&str, &str); 7] = [
     ("w0", "holds"),
     ("w1", "up to 10 times the error"),
@@ -32,7 +32,7 @@ const LEGEND: [(&str, &str); 7] = [
 /// The report of all trials.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     let [hold, degrade, refuse, wrong] = counts(outcome);
     let headline = format!("{hold} hold, {degrade} degrade, {refuse} refuse, {wrong} wrong");
@@ -86,7 +86,7 @@ pub fn stress(outcome: &StressOutcome) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// What became of the trials.
+/// The results of the trials.
 fn behaviours(outcome: &StressOutcome) -> Text {
     let [hold, degrade, refuse, _] = counts(outcome);
     let worst = outcome.entries.iter().filter_map(|c| match c.verdict {
@@ -105,7 +105,7 @@ fn behaviours(outcome: &StressOutcome) -> Text {
     )
 }
 
-/// Those that hold, degrade, refuse and are wrong.
+/// The numbers of answers that hold, degrade, refuse and are wrong.
 fn counts(outcome: &StressOutcome) -> [usize; 4] {
     let mut counts = [0; 4];
     for entry in &outcome.entries {
@@ -129,7 +129,7 @@ fn entries<'a>(
 /// The lines of an engine's map: family and value.
 fn lines<'a>(outcome: &'a StressOutcome, engine: &str) -> Vec<(&'a str, &'a Text)> {
     let mut lines = unique(entries(outcome, engine).map(|c| (c.family, &c.value)));
-    // What is extreme in the same way stands together, whichever scene it is of.
+    // Extremes of the same kind are together, regardless of their scenes.
     let families = unique(lines.iter().map(|line| line.0));
     lines.sort_by_key(|line| families.iter().position(|f| *f == line.0));
     lines
@@ -169,7 +169,7 @@ fn became(cell: &stress::Entry) -> String {
     word(&cell.verdict) + &steps.unwrap_or_default()
 }
 
-/// The ground of a verdict.
+/// The background of a verdict.
 fn ground(verdict: &Behaviour) -> &'static str {
     match verdict {
         Behaviour::Holds => "w0",
@@ -182,7 +182,7 @@ fn ground(verdict: &Behaviour) -> &'static str {
     }
 }
 
-/// The numbers of a trial in a line, and why it is refused or wrong.
+/// The numbers of a trial on one line, and why it is refused or wrong.
 fn told(cell: &stress::Entry) -> String {
     let mut told = vec![format!(
         "{} {}, {} {}",
@@ -266,7 +266,7 @@ fn numbers(outcome: &StressOutcome) -> Table {
     )
 }
 
-/// Whole digits; where the first differs already, none.
+/// Integer digits; empty if the first one differs.
 fn agreeing(digits: f64) -> f64 {
     digits.floor().max(0.0)
 }
@@ -283,7 +283,7 @@ fn map(outcome: &StressOutcome, engine: &str, words: fn(&stress::Entry) -> Strin
     Table::new("", head).with(rows)
 }
 
-/// Each sentence once, with the places where it was said.
+/// Each sentence once, with its places.
 fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<Text> {
     let said = entries(outcome, engine).filter_map(|cell| {
         let sentence = match &cell.verdict {
@@ -296,7 +296,7 @@ fn sentences(outcome: &StressOutcome, engine: &str) -> Vec<Text> {
     each_once(said, usize::MAX)
 }
 
-/// A refusal in words is no failure; an answer that is none is.
+/// A refusal with a message is not a failure; a wrong answer is.
 fn suite(outcome: &StressOutcome, engine: &str) -> Suite {
     let cases = entries(outcome, engine).map(|cell| {
         let (verdict, message) = match &cell.verdict {
@@ -313,7 +313,7 @@ fn suite(outcome: &StressOutcome, engine: &str) -> Suite {
     Suite::new(engine, cases)
 }
 
-/// All cells, one a line.
+/// All cells, one per line.
 fn cells_csv(outcome: &StressOutcome) -> String {
     let head = "engine,method,family,value,verdict,factor,error,reference,digits,steps,residual,condition,sentence";
     let of = |cell: &stress::Entry| {

@@ -1,4 +1,4 @@
-//! What each digit costs.
+//! The report of the cost of accuracy.
 
 mod figures;
 
@@ -41,7 +41,7 @@ const GAMMAS: &str = "The paper's theory asks for γ = γ₀h with γ₀ large e
 /// The report of a study.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     let question = "faceoff study: what does each digit cost?";
     let mut report = Report::new("study", question, "", outcome)?;
@@ -84,7 +84,7 @@ pub fn study(outcome: &StudyOutcome) -> Result<Report<'_>> {
     Ok(report)
 }
 
-/// The least error that all codes reach, or else as many as possible, and what it costs with each.
+/// The least error that all codes reach, or else as many as possible, and its cost with each.
 fn claim(advice: &[Advice], about: &str) -> Option<Text> {
     let first = &advice.first()?.scene;
     let mut energy = advice
@@ -134,7 +134,7 @@ fn of_scene<'a>(outcome: &'a StudyOutcome, scene: &'a str, is_first: bool) -> Ve
         sentences.push("  no error that advice is given for was reached".into());
     }
     let mut page = vec![Block::heading(2, scene.to_owned())];
-    // That of the first scene leads the page.
+    // The first scene is at the top of the page.
     let work = figures::work(outcome, scene).filter(|_| !is_first);
     page.extend(work.map(Block::Figure));
     if advice.count() > 0 {
@@ -185,7 +185,7 @@ fn megabytes(mb: f64) -> Cell {
     Cell::fixed(mb, 0)
 }
 
-/// The number that a row is varied by, or the name.
+/// The number that a row varies, or the name.
 fn varied(row: &Row) -> Cell {
     set(row.varied, &value(row))
 }
@@ -217,7 +217,7 @@ fn front(outcome: &StudyOutcome, scene: &str) -> Table {
     )
 }
 
-/// The error, or its bound where u is not known.
+/// The error, or its bound if u is unknown.
 fn energy(row: &Row) -> Option<Cell> {
     let bound = |bound| Cell::number(bound, format!("≤ {}", Cell::at_most(bound).text()));
     row.h1.map(Cell::from).or_else(|| row.certified.map(bound))
@@ -269,7 +269,7 @@ fn scaling(outcome: &StudyOutcome, scene: &str) -> Table {
     )
 }
 
-/// What is told of time and error exceeds the spread of the times, and what counts as the same error.
+/// Reported changes of time and error exceed the spread of the times and the tolerance for equal errors.
 fn waste(outcome: &StudyOutcome, scene: &str) -> Table {
     let rows = outcome.waste.iter().filter(|w| w.scene == scene);
     let time = |w: &Waste| match w.time_range {
@@ -380,7 +380,7 @@ fn solvers(outcome: &StudyOutcome, scene: &str) -> Table {
     )
 }
 
-/// All rows, one a line.
+/// All rows, one per line.
 fn rows_csv(rows: &[Row]) -> String {
     let head = "scene,engine,method,varied,n,accuracy,cells,dofs,tolerance,gamma0,load_quadrature,contact_quadrature,linear,precision,\
         steps,converged,residual,h1,l2,certified,contact_residual,contact_flux,seconds,seconds_least,seconds_most,repeats,\

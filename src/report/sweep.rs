@@ -1,4 +1,4 @@
-//! What a face-off found along a sweep.
+//! The report of a sweep in a problem file.
 
 use super::html::{self, Axis, Chart, Line, chart_figure};
 use super::model::{Block, Cell, Table, TestCase, Todo, joined, table};
@@ -10,7 +10,7 @@ use crate::text::{Text, text};
 /// Smaller differences are drawn as this, since the axis is logarithmic.
 const ROUNDING: f64 = 1e-17;
 
-/// The claim about all points, by that about the one that is shown.
+/// The claim about all points, with that about the point that is shown.
 pub(super) fn claim(of: &OfSweep, shown: &Text) -> Text {
     let failing = of.points.iter().filter(|of| !of.verdict.passes()).count();
     let all = whole(of.points.len());
@@ -25,7 +25,7 @@ pub(super) fn claim(of: &OfSweep, shown: &Text) -> Text {
     }
 }
 
-/// What is said of the sweep as a whole.
+/// The summary of the sweep.
 pub(super) fn words(of: &OfSweep) -> Text {
     let over = of.over.join(", ");
     let drawn = of
@@ -54,7 +54,7 @@ pub(super) fn words(of: &OfSweep) -> Text {
     )
 }
 
-/// What to type for the simplest failure.
+/// The command for the simplest failure.
 pub(super) fn next(of: &OfSweep) -> Option<Todo> {
     let smallest = of.smallest.as_ref()?;
     Some(Todo::new(
@@ -63,7 +63,7 @@ pub(super) fn next(of: &OfSweep) -> Option<Todo> {
     ))
 }
 
-/// All points, and how far codes differ over each number that changes.
+/// All points, and the differences of the codes over each number that changes.
 pub(super) fn blocks(of: &OfSweep) -> Vec<Block<'_>> {
     let drawn = Block::drawn(move || figure(of));
     vec![
@@ -84,7 +84,7 @@ fn points(of: &OfSweep) -> Table {
     )
 }
 
-/// The largest difference over each name whose values are numbers: a panel per name.
+/// The largest difference over each name whose values are numbers: one panel per name.
 fn figure(of: &OfSweep) -> html::Html {
     let (what, title) = match of.points.iter().any(|point| point.largest.is_some()) {
         true => ("largest relative difference", "Largest difference"),
@@ -136,7 +136,7 @@ fn figure(of: &OfSweep) -> html::Html {
     chart_figure(&caption, &panels, widest)
 }
 
-/// A case for each point.
+/// One case per point.
 pub(super) fn cases(name: &str, of: &OfSweep) -> Vec<TestCase> {
     let each = of.points.iter().map(|point| {
         let wrong = joined(point.wrong.iter().cloned(), ", ");

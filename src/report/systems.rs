@@ -7,10 +7,10 @@ use crate::text::number::whole;
 use crate::text::{Text, text};
 use crate::why::Stated;
 
-/// Up to here a difference is rounding.
+/// Differences up to this are rounding.
 const TOLERANCE: f64 = 1e-12;
 
-/// What was found of two systems, as a sentence.
+/// The finding on two systems, as a sentence.
 pub fn told(of: &OfSystems) -> Text {
     text!(
         "Systems of {of.a} and {of.b}{}: {}.",
@@ -19,7 +19,7 @@ pub fn told(of: &OfSystems) -> Text {
     )
 }
 
-/// What differs in the first system that does.
+/// The difference in the first pair of systems that differ.
 pub fn claim(of: &OfSystems) -> Text {
     let others = of.in_form.iter().filter(|of| says_more(of));
     let others: Vec<Text> = others.map(|of| of.sentence.clone()).collect();
@@ -31,7 +31,7 @@ pub fn claim(of: &OfSystems) -> Text {
     )
 }
 
-/// The rows that differ on the mesh, of the first systems that do.
+/// The rows that differ on the mesh, for the first systems that do.
 pub fn picture(all: &[OfSystems]) -> Option<Block<'_>> {
     let (found, mesh, of) = all
         .iter()
@@ -50,14 +50,14 @@ pub fn pairs(all: &[OfSystems]) -> Table {
     )
 }
 
-/// Is it known which other form a code states?
+/// Is the other form known whose equations a code states?
 fn says_more(of: &Stated) -> bool {
     !(of.is_form && of.is_derivative != Some(false) || of.sentence.is_empty())
 }
 
 fn words(of: &OfSystems) -> Text {
     let why = of.refused.as_deref().map(Text::message);
-    // What the form says of both, before what differs as a consequence.
+    // The statement by the form on both comes before the differences that follow.
     let known = of.in_form.iter().any(says_more);
     let stated = of
         .in_form

@@ -6,43 +6,43 @@ use crate::text::number::{size, whole};
 use crate::text::{Text, at_least, at_most};
 use faceoff_judge::Verdict;
 
-/// Rows of cells; a column of numbers is aligned as such.
+/// Rows of cells; a column of numbers is aligned as numbers.
 #[derive(Default, Clone)]
 pub struct Table {
-    /// What it shows.
+    /// The title.
     pub caption: Text,
-    /// One for each cell of a row.
+    /// One per cell of a row.
     pub head: Vec<Column>,
-    /// As many cells each as `head`.
+    /// Each with as many cells as `head`.
     pub rows: Vec<Vec<Cell>>,
-    /// Which rows are set off on the page; where this is empty, those with a verdict that is no pass.
+    /// Which rows are emphasised on the page; if it is empty, those with a verdict that does not pass.
     pub set_off: Vec<bool>,
 }
 
-/// The name of a column, and how the page shows it.
+/// The name of a column, and its style on the page.
 #[derive(Default, Clone)]
 pub struct Column {
-    /// Above the column.
+    /// The text above the column.
     pub name: Text,
-    /// On the page: `n` is a number, `w` does not wrap, `opt` gives way on a narrow page, `d` has dots on an axis, `page` is for
-    /// pages only. Where none is given, `n` if the column holds numbers.
+    /// On the page: `n` is a number, `w` does not wrap, `opt` is hidden on a narrow page, `d` has dots on an axis, `page` is for
+    /// pages only. Without a style, `n` if the column holds numbers.
     pub class: Option<&'static str>,
-    /// What the page has beside the name.
+    /// Additional content after the name on the page.
     pub more: Html,
 }
 
-/// What a table holds in one place: a verdict, words or a number, and what only the page shows.
+/// The contents of a cell: a verdict, text or a number, and parts that only the page shows.
 #[derive(Default, Clone)]
 pub struct Cell {
-    /// Before the words.
+    /// Before the text.
     pub verdict: Option<Verdict>,
-    /// What is read.
+    /// The text.
     pub shown: Text,
-    /// By which it sorts.
+    /// The key for sorting.
     pub value: Option<f64>,
-    /// Is it wrong, other than by its verdict?
+    /// Is it marked as wrong, other than by its verdict?
     pub is_bad: bool,
-    /// Behind the words.
+    /// After the text.
     pub more: Html,
 }
 
@@ -65,13 +65,13 @@ impl Table {
         self
     }
 
-    /// With these rows set off on the page.
+    /// With these rows emphasised on the page.
     pub fn setting_off(mut self, rows: impl Iterator<Item = bool>) -> Self {
         self.set_off = rows.collect();
         self
     }
 
-    /// Without the columns of which nothing is known.
+    /// Without columns that are empty.
     pub fn known(mut self) -> Self {
         let is_told =
             |cell: &Cell| cell.verdict.is_some() || !cell.shown.is_empty() || !cell.more.is_empty();
@@ -86,7 +86,7 @@ impl Table {
         self
     }
 
-    /// Has a terminal room for a column?
+    /// Is a column shown on a terminal?
     pub fn fits_terminal(&self, column: usize) -> bool {
         let classes = self.head[column].class.unwrap_or_default();
         !classes
@@ -94,7 +94,7 @@ impl Table {
             .any(|class| matches!(class, "d" | "page"))
     }
 
-    /// Does a column hold numbers, but for some words?
+    /// Does a column hold numbers, except for some texts?
     pub fn is_numeric(&self, column: usize) -> bool {
         let cells = self.rows.iter().filter_map(|row| row.get(column));
         let (mut numbers, mut words) = (0, 0);
@@ -144,7 +144,7 @@ impl<T: Into<Text>> From<(&'static str, T)> for Column {
 macro_rules! cells {
     ($($value:expr),* $(,)?) => { vec![$($crate::report::model::Cell::from($value)),*] };
 }
-/// A table with a line a column: its name, and the cell of a row.
+/// A table with one line per column: its name, and the cell of a row.
 macro_rules! table {
     ($caption:expr, $rows:expr, |$row:pat_param| $($name:expr => $value:expr),* $(,)?) => {{
         let rows = $rows.into_iter().map(|$row| $crate::report::model::cells![$($value),*]);
@@ -155,7 +155,7 @@ macro_rules! table {
 pub(crate) use {cells, table};
 
 impl Cell {
-    /// A value and its digits.
+    /// A value with its digits.
     pub fn number(value: f64, shown: impl Into<Text>) -> Self {
         Cell {
             value: Some(value),
@@ -164,12 +164,12 @@ impl Cell {
         }
     }
 
-    /// With two digits: what differences, residuals and tolerances have.
+    /// With two digits: for differences, residuals and tolerances.
     pub fn size(value: f64) -> Self {
         Cell::number(value, size(value))
     }
 
-    /// With so many digits after the point.
+    /// With a given number of digits after the point.
     pub fn fixed(value: f64, digits: usize) -> Self {
         match value {
             v if !v.is_finite() => "–".into(),
@@ -188,7 +188,7 @@ impl Cell {
         Cell::number(bound, at_least(bound, 3))
     }
 
-    /// A verdict and the number that it is about.
+    /// A verdict with its number.
     pub fn judged(verdict: Verdict, value: f64) -> Self {
         Cell {
             verdict: Some(verdict),
@@ -196,7 +196,7 @@ impl Cell {
         }
     }
 
-    /// A verdict and what it rests on.
+    /// A verdict with its evidence.
     pub fn because(verdict: Verdict, why: Option<&str>) -> Self {
         Cell {
             verdict: Some(verdict),
@@ -205,7 +205,7 @@ impl Cell {
         }
     }
 
-    /// Dots on an axis, and the number by which they sort.
+    /// Dots on an axis, and the number for sorting.
     pub(super) fn dots(axis: &DotAxis, dots: &[Dot], value: f64) -> Self {
         Cell {
             more: axis.strip(dots),
@@ -213,13 +213,13 @@ impl Cell {
         }
     }
 
-    /// The same, as what is wrong.
+    /// The same, marked as wrong.
     pub fn bad_if(mut self, is_bad: bool) -> Self {
         self.is_bad = is_bad;
         self
     }
 
-    /// What the terminal shows.
+    /// The text on a terminal.
     pub fn text(&self) -> String {
         let verdict = self.verdict.map(word).unwrap_or_default();
         format!("{verdict}{}", self.shown)
@@ -245,7 +245,7 @@ impl From<Verdict> for Cell {
     }
 }
 
-/// What a cell of words is made of.
+/// Conversions of texts to cells.
 macro_rules! cell_from {
     ($($of:ty),*) => {
         $(impl From<$of> for Cell {
@@ -257,7 +257,7 @@ macro_rules! cell_from {
 }
 cell_from!(Text, &Text, String, &String, &str, &&str);
 
-/// Nothing is an empty cell.
+/// `None` is an empty cell.
 impl<T: Into<Cell>> From<Option<T>> for Cell {
     fn from(value: Option<T>) -> Self {
         value.map_or_else(Cell::default, Into::into)

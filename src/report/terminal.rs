@@ -7,12 +7,12 @@ use comfy_table::{CellAlignment, ContentArrangement, presets};
 use super::model::{Block, Report, Table};
 use crate::text::Text;
 
-/// All that a terminal has room for, but the answer, which stands last.
+/// The parts for a terminal, without the answer, which is printed last.
 pub fn text(report: &Report) -> String {
     let mut text = String::new();
-    // What is written to a string is never lost.
+    // Writing to a string cannot fail.
     let _ = write(&mut text, &report.story.rest);
-    // Where the claim is the answer, what it rests on is said nowhere else.
+    // If the claim is the answer, its evidence is not printed elsewhere.
     let because = &report.story.rests_on;
     if report.verdict.is_none() && report.headline.is_empty() && !because.is_empty() {
         let _ = writeln!(text, "{because}");
@@ -63,7 +63,7 @@ fn write_table(text: &mut String, caption: &Text, table: &Table) -> std::fmt::Re
     }
     let mut shown = comfy_table::Table::new();
     shown.load_style(presets::NOTHING);
-    // As wide as a terminal; elsewhere as wide as it needs.
+    // The width of a terminal; elsewhere the necessary width.
     shown.set_content_arrangement(ContentArrangement::Dynamic);
     let columns: Vec<usize> = (0..table.head.len())
         .filter(|k| table.fits_terminal(*k))

@@ -1,4 +1,4 @@
-//! What `verify` found.
+//! The report of `verify`.
 
 mod story;
 
@@ -16,24 +16,24 @@ use crate::why::Diagnosis;
 use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 
-/// An outcome with all that belongs to it.
+/// An outcome with its supplements.
 pub struct Verified<'a> {
-    /// What was found.
+    /// The outcome.
     pub outcome: &'a VerifyOutcome,
-    /// Why codes differ, where they were run again.
+    /// Why codes differ, if they were run again.
     pub diagnoses: &'a [Diagnosis],
-    /// Engines that were asked for and left out.
+    /// Requested engines that were left out.
     pub missing: &'a [Failure],
-    /// Says of each case how it was solved.
+    /// Prints for each case how it was solved.
     pub explain: bool,
     /// Shows every field of every pair of every case.
     pub verbose: bool,
 }
 
-/// What was found, as JSON has it.
+/// The outcome for JSON.
 #[derive(Serialize)]
 struct Found<'a> {
-    /// The verdict, and which code does what otherwise where.
+    /// The verdict, with the code at fault, its fault and the place.
     sentence: &'a Text,
     #[serde(flatten)]
     outcome: &'a VerifyOutcome,
@@ -56,7 +56,7 @@ struct Explained<'a> {
 /// The report of a run.
 ///
 /// # Errors
-/// None but of a broken installation.
+/// Only those of a broken installation.
 pub fn verify(verified: Verified) -> Result<Report> {
     let Verified {
         outcome,
@@ -127,7 +127,7 @@ pub fn verify(verified: Verified) -> Result<Report> {
     Ok(report)
 }
 
-/// What a terminal has room for: the case that shows what is wrong, or all of them.
+/// The case that shows the fault, or all of them, on a terminal.
 fn of_terminal<'a>(found: &Found, verbose: bool) -> Vec<Block<'a>> {
     let outcome = found.outcome;
     let mut told = Vec::new();
@@ -160,7 +160,7 @@ fn of_terminal<'a>(found: &Found, verbose: bool) -> Vec<Block<'a>> {
     told
 }
 
-/// How well all agree.
+/// The quality of the agreement.
 fn spread(outcome: &VerifyOutcome) -> Result<Text> {
     let points = outcome.cases.iter().filter_map(|case| {
         let status = case.fields.first()?.column("status")?;
@@ -183,7 +183,7 @@ fn spread(outcome: &VerifyOutcome) -> Result<Text> {
     ))
 }
 
-/// By which methods, and what the numbers are.
+/// The methods, and the meaning of the numbers.
 fn notes(outcome: &VerifyOutcome) -> Vec<Text> {
     let gamma = outcome.cases.first();
     let gamma = gamma.map(|case| format!(" γ = {} h.", case.setup.discretisation.gamma0));
@@ -195,7 +195,7 @@ fn notes(outcome: &VerifyOutcome) -> Vec<Text> {
     )]
 }
 
-/// Of every case that the Rust engine solved. A certificate is of all fields on a mesh, where methods are judged by it.
+/// For every case that the Rust engine solved. A certificate covers all fields on a mesh, if methods are judged by it.
 fn explained<'a>(outcome: &'a VerifyOutcome) -> Vec<Explained<'a>> {
     let of = |case: &'a CaseOutcome| {
         let mut explanation = case.explanation.clone()?;
@@ -213,16 +213,16 @@ fn explained<'a>(outcome: &'a VerifyOutcome) -> Vec<Explained<'a>> {
     outcome.cases.iter().filter_map(of).collect()
 }
 
-/// The largest, 0 of none; what is not a number is larger than any.
+/// The largest, 0 if there is none; NaN is larger than any number.
 fn most(numbers: impl Iterator<Item = f64>) -> f64 {
     let sizes = numbers.map(f64::abs);
     sizes.max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
-/// So many cases fit into a dozen lines.
+/// The number of cases that fit into a dozen lines.
 const CASES: usize = 8;
 
-/// A line a case, those that are farthest from agreement first where they are too many.
+/// One line per case, those farthest from agreement first if they are too many.
 fn overview(outcome: &VerifyOutcome) -> Table {
     let largest = |case: &CaseOutcome| most(case.pairs.iter().map(|p| p.field.max_rel));
     let excess = |case: &CaseOutcome| {
@@ -273,7 +273,7 @@ fn engines(case: &CaseOutcome) -> Table {
     )
 }
 
-/// The methods against each other.
+/// The methods compared with each other.
 fn methods(outcome: &VerifyOutcome) -> Table {
     let source = |s: &Source| format!("{} {}", s.engine, s.method);
     let because = |because: &Option<String>| {
@@ -295,7 +295,7 @@ fn methods(outcome: &VerifyOutcome) -> Table {
     )
 }
 
-/// A suite for each scene, method and mesh, and in it a case for each engine, and for each pair and field.
+/// A suite for each scene, method and mesh, with a case for each engine, and for each pair and field.
 fn suites(outcome: &VerifyOutcome, missing: &[Failure]) -> Vec<Suite> {
     let mut suites: Vec<Suite> = outcome.cases.iter().map(suite).collect();
     let cross = outcome.cross.iter().filter_map(|c| {
@@ -324,7 +324,7 @@ fn suites(outcome: &VerifyOutcome, missing: &[Failure]) -> Vec<Suite> {
 
 fn suite(case: &CaseOutcome) -> Suite {
     let n = case.n.map_or(String::new(), |n| format!(", n = {n}"));
-    // A dot would open a package of its own in the servers' trees.
+    // A dot would start a separate package in the servers' trees.
     let class = format!("{}.{}{n}", case.scene.replace('.', "_"), case.method);
     let test = |name, verdict, message| TestCase::new(&class, name, verdict, message);
     let engines = case.engines.iter().map(|engine| {

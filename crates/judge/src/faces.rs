@@ -28,8 +28,9 @@ pub(super) fn crouzeix_raviart(side: &Results) -> Result<(Results, Vec<String>)>
     if cells.is_empty() {
         return Err(Error::Mesh {
             mesh: side.source.clone(),
-            what: "its cells are not the faces of a mesh, so values on them do not define functions"
-                .into(),
+            what:
+                "its cells are not the faces of a mesh, so values on them do not define functions"
+                    .into(),
             remedy: "give results on cells".into(),
         });
     }

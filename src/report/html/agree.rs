@@ -1,4 +1,4 @@
-//! The page of `verify` where all agree: one screen.
+//! The page of `verify` if all agree: one screen.
 
 use super::codes::Codes;
 use super::markup::{Html, html};
@@ -14,11 +14,11 @@ use crate::text::{Digits, Text, at_most, below, text};
 use faceoff_fem::scene::Part;
 use faceoff_mesh::error::Result;
 
-/// So many scenes have a sketch.
+/// The most scenes with a sketch.
 const SKETCHES: usize = 4;
 
 impl Run<'_> {
-    /// The page where all agree.
+    /// The page if all agree.
     ///
     /// # Errors
     /// Faces that cannot be matched.
@@ -102,7 +102,7 @@ fn list(name: &str, items: &[Text]) -> Html {
     html! { div { h2 { (name) } ul { @for item in items { li { (item) } } } } }
 }
 
-/// A scene's mesh, small, and what is in contact.
+/// A scene's mesh, small, with its contact zones.
 fn sketch(case: &CaseOutcome) -> Result<Html> {
     let of = case.setup.case()?;
     let (problem, mesh) = (&of.problem, &*case.setup.mesh);
@@ -126,7 +126,7 @@ fn sketch(case: &CaseOutcome) -> Result<Html> {
             segments(&view, faces.map(|face| ends(mesh, face)))
         };
         let is_contact = |f: usize| problem.parts[f] == Some(Part::Contact);
-        // A fine mesh would be a grey area, and large.
+        // A fine mesh would be a grey area, and a large file.
         let has_room = mesh.face_count() <= 6000;
         let svg = line("hair", 0.7, lines(&|f| has_room && !mesh.is_boundary(f)))
             + &line(

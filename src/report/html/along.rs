@@ -1,4 +1,4 @@
-//! What happens along Γ_C of a plane mesh, face by face, and how the iterations went.
+//! The fields along Γ_C of a 2D mesh, face by face, and the history of the iterations.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -15,26 +15,26 @@ use faceoff_fem::contact::{Problem, face_fields};
 use faceoff_mesh::field::FaceFields;
 
 pub(super) const LEFT: f64 = 46.0;
-/// Of so many faces each tells its numbers where one points.
+/// Up to this number of faces, each shows its numbers as a tooltip.
 const TOLD: usize = 150;
 
-/// Differences on faces, by the names of the two.
+/// Differences on faces, with the names of the two codes.
 pub(in crate::report) type Named = (String, Vec<(u32, f64)>);
 
-/// What is known of a scene on its contact faces.
+/// The data of a scene on its contact faces.
 pub(in crate::report) struct Along<'a> {
     pub problem: &'a Problem<'a>,
     pub fields: &'a [FaceFields],
-    /// Those whose residual is shown, the one at fault last.
+    /// The codes whose residual is shown, the one at fault last.
     pub puts: &'a [Put<'a>],
-    /// Differences of means on all faces, relative to max|u|, with the names of the two; the one that matters last.
+    /// Differences of means on all faces, relative to max|u|, with the names of the two; the most important one last.
     pub differences: Vec<Named>,
     pub tolerance: f64,
-    /// Names of those at fault.
+    /// Names of the codes at fault.
     pub faulty: Vec<&'a str>,
 }
 
-/// What one field does along Γ_C, under its heading; nothing where Γ_C is no line.
+/// One field along Γ_C, under its heading; empty if Γ_C is not a curve.
 pub(in crate::report) fn along_one(put: Put, tolerance: f64, is_faulty: bool) -> Html {
     let along = Along {
         problem: put.problem,
@@ -118,7 +118,7 @@ impl Sheet<'_> {
         self.at += height + 24.0;
     }
 
-    /// Marks the faces that are to blame, from top to bottom; its place in the drawing is the first.
+    /// Marks the faces at fault, from top to bottom; it comes first in the drawing.
     fn band(&mut self) {
         let blamed = self.of.puts.iter().flat_map(Put::blamed);
         let blamed: BTreeSet<&[u32]> = blamed.map(|s| &s.vertices[..]).collect();
@@ -133,7 +133,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// The positions, what each face tells where one points at it, and the end of the band.
+    /// The positions, the tooltip of each face, and the end of the band.
     fn positions(&mut self) {
         let (from, to) = self.ends();
         let y = self.at - 8.0;

@@ -1,16 +1,16 @@
-//! Numbers as dots on one logarithmic axis, a strip a row of a table. They are HTML, so that they keep their shape.
+//! Numbers as dots on one logarithmic axis, one strip per row of a table. They are HTML, so that they keep their shape.
 
 use super::markup::{Html, html};
 use crate::text::number::{power_of_ten, size};
 
-/// Decades from end to end, and where the tolerances are.
+/// Decades from end to end, and the positions of the tolerances.
 pub(in crate::report) struct Axis {
     low: f64,
     high: f64,
     tolerances: Vec<f64>,
 }
 
-/// A number on an axis: its class, and what is said of it.
+/// A number on an axis: its class, and its tooltip.
 pub(in crate::report) struct Dot {
     pub value: f64,
     pub class: &'static str,
@@ -31,7 +31,7 @@ impl Axis {
         }
     }
 
-    /// Of 0 the left end, of what is not finite the right one.
+    /// The left end for 0, the right end for values that are not finite.
     fn left(&self, value: f64) -> String {
         let decades = match value {
             v if !v.is_finite() => self.high,
@@ -91,7 +91,7 @@ impl Axis {
     }
 }
 
-/// Whose the dots are.
+/// The codes of the dots.
 pub(super) fn key<'a>(names: impl Iterator<Item = (&'a str, &'static str)>) -> Html {
     html! { @for (name, class) in names { span.key { i class=(class) {} (name) } } }
 }

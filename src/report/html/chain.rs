@@ -1,21 +1,21 @@
-//! The faces of Γ_C one after the other.
+//! The faces of Γ_C in order.
 
 use std::collections::HashMap;
 
 use faceoff_mesh::field::FaceFields;
 
-/// The contact faces of a plane mesh in the order in which they follow each other.
+/// The contact faces of a 2D mesh in consecutive order.
 pub(super) struct Chain {
     /// Rows of the columns on Γ_C, and the position of each midpoint.
     pub rows: Vec<usize>,
     pub s: Vec<f64>,
-    /// Ends of each face.
+    /// The ends of each face.
     pub ends: Vec<(f64, f64)>,
     /// `x`, `y`, or arc length.
     pub axis: &'static str,
 }
 
-/// Positions are coordinates where Γ_C lies on one line parallel to an axis, else arc length, connected pieces one
+/// Positions are coordinates if Γ_C is on one line parallel to an axis, else arc length, connected pieces one
 /// after the other.
 pub(super) fn chain(fields: &FaceFields, faces: &[u32]) -> Chain {
     let at = |row: usize| fields.midpoints[faces[row] as usize];
@@ -59,7 +59,7 @@ pub(super) fn chain(fields: &FaceFields, faces: &[u32]) -> Chain {
     }
 }
 
-/// From an end of each connected piece, or from anywhere on a closed one, to its other end.
+/// From an end of each connected piece, or from any point of a closed one, to its other end.
 fn follow(fields: &FaceFields, faces: &[u32]) -> Vec<usize> {
     let mut around: HashMap<u32, Vec<usize>> = HashMap::new();
     for (row, &face) in faces.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Charts of errors over meshes, times or parameters: each is described once and drawn for the width of its page.
+//! Charts of errors over meshes, times or parameters: each is described once and drawn for the widths of its page.
 
 mod scale;
 
@@ -15,7 +15,7 @@ use scale::Scale;
 #[cfg(test)]
 use scale::decades;
 
-/// The classes of a line and of what it fills; red is for what is wrong.
+/// The classes of a line and of its filled marks; red marks faults.
 pub(in crate::report) const COLOURS: [[&str; 2]; 5] = [
     ["ink", "inkf"],
     ["goodl", "goodf"],
@@ -38,54 +38,54 @@ const MARKS: [&[[f64; 2]]; 8] = [
 ];
 
 const LEFT: f64 = 50.0;
-/// Above and below a panel.
+/// Margins above and below a panel.
 const HEAD: f64 = 22.0;
 const FOOT: f64 = 38.0;
 const GAP: f64 = 24.0;
-/// A narrower panel stands below the one before.
+/// A panel narrower than this is placed below the one before.
 const NARROW: f64 = 320.0;
 /// The height of a line of text, and the mean width of its letters.
 const LINE: f64 = 13.0;
 const LETTER: f64 = 6.1;
-/// More dots than these stand on a coarser grid.
+/// More dots than these are drawn on a coarser grid.
 const FINE: usize = 5_000;
-/// Places that are tried for a label, half a line from one to the next.
+/// The number of positions that are tried for a label, half a line apart.
 const SHIFTS: i32 = 15;
 
-/// A chart of lines over two axes, logarithmic as a rule.
+/// A chart of lines over two axes, which are logarithmic by default.
 #[derive(Default)]
 pub(in crate::report) struct Chart {
-    /// What it is of.
+    /// The title.
     pub name: String,
     pub x: Axis,
     pub y: Axis,
     pub lines: Vec<Line>,
-    /// Dots too many for marks of their own, below all lines.
+    /// Dots too many for separate marks, below all lines.
     pub clouds: Vec<Cloud>,
-    /// Dotted: above all points the first of several, below them the last.
+    /// Dotted: the first of several slopes above all points, the last below.
     pub slopes: Vec<Slope>,
-    /// Dotted: what nothing beats in both, by rising x.
+    /// Dotted: the Pareto front, by ascending x.
     pub front: Vec<[f64; 2]>,
-    /// Dashed lines across, and their names.
+    /// Dashed horizontal lines, with their names.
     pub levels: Vec<(f64, &'static str)>,
-    /// Grey from top to bottom: ranges of x.
+    /// Grey vertical bands: ranges of x.
     pub shades: Vec<[f64; 2]>,
-    /// Dashed lines from top to bottom, where something is missing, and what.
+    /// Dashed vertical lines for missing parts, with their descriptions.
     pub gaps: Vec<(f64, String)>,
 }
 
 #[derive(Default)]
 pub(in crate::report) struct Line {
-    /// What its colour means, and what its mark does; one of them may be empty.
+    /// The name that its colour identifies, and the one that its mark identifies; one of them may be empty.
     pub names: [String; 2],
-    /// What its label has behind the names.
+    /// The text of its label after the names.
     pub about: String,
     pub colour: [&'static str; 2],
     pub mark: usize,
     pub is_dashed: bool,
     /// Without marks.
     pub is_bare: bool,
-    /// 1 unless lines may lie upon each other; 0: marks only.
+    /// 1 unless lines may overlap; 0: marks only.
     pub thickness: f64,
     pub points: Vec<Point>,
 }
@@ -94,7 +94,7 @@ pub(in crate::report) struct Line {
 #[derive(Default)]
 pub(in crate::report) struct Cloud {
     pub fill: &'static str,
-    /// How large a dot is.
+    /// The size of a dot.
     pub side: f64,
     pub points: Vec<[f64; 2]>,
 }
@@ -107,9 +107,9 @@ pub(in crate::report) struct Point {
     pub is_hollow: bool,
     /// Is it red, and marked in any case?
     pub is_bad: bool,
-    /// Is it not joined to the one before?
+    /// Is it separate from the point before?
     pub is_apart: bool,
-    /// Where one points at it.
+    /// The tooltip.
     pub title: String,
 }
 
@@ -129,7 +129,7 @@ impl Point {
 }
 
 impl Line {
-    /// A line of this name, its colour and mark by its place among others.
+    /// A line with this name, whose colour and mark follow from its index.
     pub fn new(name: &str, place: usize, points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         Line {
             names: [String::new(), name.to_owned()],
@@ -149,7 +149,7 @@ impl Line {
 }
 
 impl Cloud {
-    /// Of many dots those that touch are one line.
+    /// Dots in a dense set that touch are merged to one line.
     fn svg(&self, x: &Scale, y: &Scale) -> String {
         let grain = if self.points.len() > FINE { 2.0 } else { 1.0 };
         let place =
@@ -178,7 +178,7 @@ fn wide(text: &str) -> f64 {
     LETTER * text.chars().count() as f64
 }
 
-/// The label of a line: where it stands, and where the line ends.
+/// The label of a line: its position, and that of the end of the line.
 struct Label {
     line: usize,
     at: [f64; 2],
@@ -186,7 +186,7 @@ struct Label {
 }
 
 impl Chart {
-    /// Is there nothing that has a line?
+    /// Are there no lines to draw?
     pub fn is_empty(&self) -> bool {
         let shown = |p: &&Point| self.x.shows(p.at[0]) && self.y.shows(p.at[1]);
         let points = self.lines.iter().flat_map(|line| &line.points);
@@ -196,7 +196,7 @@ impl Chart {
         xs.len() < 2
     }
 
-    /// A panel: with a label at each line, or none where there is no room for them; without labels on request.
+    /// A panel: with a label at each line, or none if there is no space for them; without labels on request.
     fn draw(
         &self,
         [left, top]: [f64; 2],
@@ -268,9 +268,9 @@ impl Chart {
         Some(svg)
     }
 
-    /// A low panel in a frame, of several that share an x from one end to the other; without words below.
+    /// A low panel in a frame, one of several that share the x axis; without text below.
     pub fn strip(mut self, frame: Place, ends: [f64; 2], is_named: bool) -> String {
-        // Positions are of any sign.
+        // Positions may have either sign.
         self.x.is_linear = true;
         let x = Scale {
             ends,
@@ -296,7 +296,7 @@ impl Chart {
         }
     }
 
-    /// Each slope with the ends of its line, clear of all points.
+    /// Each slope with the ends of its line, away from all points.
     fn slopes(&self, points: Vec<[f64; 2]>, xs: &[f64]) -> Vec<(&Slope, [[f64; 2]; 2])> {
         let [low, high] = ends(xs.iter().copied());
         let of = |(k, slope): (usize, &Slope)| {
@@ -311,7 +311,7 @@ impl Chart {
         all.map(|(k, slope)| (slope, of((k, slope)))).collect()
     }
 
-    /// Axes, the front and what lies across.
+    /// Axes, the front and the horizontal lines.
     fn ground(&self, x: &Scale, y: &Scale, [left, top, right, bottom]: Place) -> String {
         let mut svg = String::new();
         for ends in &self.shades {
@@ -358,7 +358,7 @@ impl Chart {
             let at = y.at(*value);
             svg += &path("frame dash", format_args!("M{left:.1} {at:.1}H{right:.1}"));
             if !name.is_empty() {
-                // Below its line where the title is near.
+                // Below its line if the title is near.
                 let off = if at < top + LINE { LINE - 2.0 } else { -4.0 };
                 svg += &word("t halo", [left + 4.0, at + off], *name);
             }
@@ -385,7 +385,7 @@ impl Chart {
         svg
     }
 
-    /// Draws the lines; where they lead.
+    /// Draws the lines; returns their ends.
     fn paths(&self, x: &Scale, y: &Scale, svg: &mut String) -> Vec<Vec<[f64; 2]>> {
         let mut paths = Vec::new();
         let mut marks = String::new();
@@ -429,7 +429,7 @@ impl Chart {
         paths
     }
 
-    /// Right of each line, away from other labels and from lines; none where that cannot be.
+    /// To the right of each line, away from other labels and from lines; `None` if that is impossible.
     fn labels(
         &self,
         paths: &[Vec<[f64; 2]>],
@@ -509,7 +509,7 @@ impl Chart {
     }
 }
 
-/// What colours and marks mean, from line to line, and how high that is.
+/// The legend of colours and marks, and its height.
 fn key(charts: &[Chart], top: f64, width: f64) -> (String, f64) {
     let lines = || charts.iter().flat_map(|chart| &chart.lines);
     let is_both = lines().any(|l| !l.names[0].is_empty());
@@ -550,12 +550,12 @@ fn key(charts: &[Chart], top: f64, width: f64) -> (String, f64) {
     (svg, y - top + 12.0)
 }
 
-/// From one place to another.
+/// A line between two positions.
 fn straight(class: &str, [a, b]: [f64; 2], [c, d]: [f64; 2]) -> String {
     path(class, format_args!("M{a:.1} {b:.1}L{c:.1} {d:.1}"))
 }
 
-/// A mark at a place, and what it tells where one points at it.
+/// A mark at a position, with its tooltip.
 fn mark(kind: usize, class: &str, [x, y]: [f64; 2], title: &str) -> String {
     let title = match title {
         "" => String::new(),
@@ -574,7 +574,7 @@ fn mark(kind: usize, class: &str, [x, y]: [f64; 2], title: &str) -> String {
     format!("<polygon class=\"{class}\" points=\"{corners}\">{title}</polygon>")
 }
 
-/// Charts under what they show, drawn for a wide page and for a narrow one.
+/// Charts with a caption, drawn for a wide page and for a narrow one.
 pub(in crate::report) fn chart_figure(caption: &Text, all: &[Chart], widest: f64) -> Html {
     let label = caption.to_string();
     let drawn = [widest, NARROWEST].map(|width| charts(&label, all, width).html());
@@ -584,7 +584,7 @@ pub(in crate::report) fn chart_figure(caption: &Text, all: &[Chart], widest: f64
     }
 }
 
-/// Charts as one picture of a width: side by side where there is room, else one below the other.
+/// Charts as one picture of a given width: side by side if there is space, else one below the other.
 pub(in crate::report) fn charts(label: &str, all: &[Chart], width: f64) -> Picture {
     let columns = match width / (all.len().max(1) as f64) {
         each if each >= NARROW => all.len().max(1),
@@ -604,7 +604,7 @@ pub(in crate::report) fn charts(label: &str, all: &[Chart], width: f64) -> Pictu
             .collect()
     };
     let foot = rows as f64 * (height + GAP) - GAP;
-    // Names stand at the lines, or all of them below.
+    // Names are at the lines, or all of them below.
     let (svg, foot) = match draw(true) {
         Some(svg) => (svg, foot),
         None => {

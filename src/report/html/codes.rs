@@ -1,4 +1,4 @@
-//! One row a code, one row a case, and folded every pair and field.
+//! One row per code, one row per case, and every pair and field, collapsed by default.
 
 use super::axis::{Axis, Dot, key};
 use super::markup::{Html, facts, folded, html};
@@ -15,14 +15,14 @@ use faceoff_fem::contact::Method;
 use faceoff_fem::scene::HRule;
 use faceoff_judge::{FieldVerdict, Worst};
 
-/// Of more cases those that are farthest from agreement stand in the open.
+/// The most cases that are not folded, those farthest from agreement first.
 const OPEN: usize = 9;
 const ROUNDING: f64 = f64::EPSILON;
 
-/// The codes of a run, each with its dot; one that is at fault has a red one.
+/// The codes of a run, each with its dot; that of a code at fault is red.
 pub(in crate::report) struct Codes<'a> {
     outcome: &'a VerifyOutcome,
-    /// Name, class of its dots.
+    /// Name, and class of its dots.
     pub names: Vec<(&'a str, &'static str)>,
     fault: Vec<&'a str>,
     axis: Axis,
@@ -35,7 +35,7 @@ impl<'a> Codes<'a> {
         let names = unique(answers().map(|e| &*e.engine)).into_iter();
         let names = names.map(|name| match fault.contains(&name) {
             true => (name, "bd"),
-            // Of a cycle there is always one more.
+            // A cycle never ends.
             false => (name, classes.next().unwrap_or_default()),
         });
         Codes {
@@ -53,7 +53,7 @@ impl<'a> Codes<'a> {
             .map_or("", |(_, class)| class)
     }
 
-    /// One row a code.
+    /// One row per code.
     pub fn by_code(&self) -> Html {
         let in_each = match self.outcome.cases.len() {
             1 => "residual".to_owned(),
@@ -118,7 +118,7 @@ impl<'a> Codes<'a> {
         self.outcome.cases.iter().filter_map(of)
     }
 
-    /// One row a case, the farthest from agreement first; of many cases the rest is folded.
+    /// One row per case, the farthest from agreement first; of many cases the rest is folded.
     pub fn by_case(&self, shown: Option<&CaseOutcome>) -> Html {
         let mut cases: Vec<&'a CaseOutcome> = self.outcome.cases.iter().collect();
         if !self.fault.is_empty() || cases.len() > OPEN {
@@ -222,7 +222,7 @@ impl<'a> Codes<'a> {
     }
 }
 
-/// The larger, and what is not a number before all.
+/// The larger, with NaN above all.
 fn worse(a: f64, b: f64) -> f64 {
     match a.is_nan() || b.is_nan() {
         true => f64::INFINITY,
@@ -261,7 +261,7 @@ pub(in crate::report) fn fields(case: &CaseOutcome) -> Table {
     .known()
 }
 
-/// How a case is posed: all that its answers depend on.
+/// The statement of a case: everything that its answers depend on.
 pub(in crate::report) fn posed(case: &CaseOutcome) -> Html {
     let Setup {
         scene,
@@ -317,7 +317,7 @@ pub(in crate::report) fn tolerances(outcome: &VerifyOutcome) -> String {
     told.collect::<Vec<_>>().join(" and ")
 }
 
-/// A heading, and what follows is about.
+/// A heading, and the subject of the text that follows.
 pub(super) fn heading(words: impl Into<Text>, about: impl Into<Text>) -> Html {
     let about = about.into();
     html! { h2 { (words.into()) } @if !about.is_empty() { p { (about) } } }

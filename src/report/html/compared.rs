@@ -1,4 +1,4 @@
-//! Two files beside each other on the mesh of the first: where a field differs, and what it is in both.
+//! Two files on the mesh of the first: where a field differs, and its values in both.
 
 use super::Html;
 use super::in_thirds;
@@ -13,27 +13,27 @@ use faceoff_judge::{ComparedField, Comparison, Differences, On};
 use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::mesh::{CellKind, Shape};
 
-/// Of more shapes a map has squares.
+/// Maps of more shapes consist of squares.
 const MOST: usize = 12_000;
 const HIGHEST: f64 = 384.0;
-/// What sums of rounded terms leave.
+/// The rounding error of sums of rounded terms.
 const ROUNDING: f64 = 1e-12;
 
-/// A field of two files with what there is of it on the mesh of the first.
+/// A field of two files as far as it exists on the mesh of the first.
 pub(in crate::report) struct Compared<'a> {
     of: &'a ComparedField,
     a: &'a Results,
     on: On,
     components: usize,
-    /// a and b, the largest component of each; None where the field is not carried. On cells of other meshes these are means.
+    /// a and b, the largest component of each; `None` where the field is not defined. On cells of other meshes these are means.
     values: Vec<Option<f64>>,
     of_b: Vec<Option<f64>>,
-    /// a - b; of functions the largest |a - b| on a cell.
+    /// a - b; for functions the largest |a - b| on a cell.
     differences: Vec<f64>,
 }
 
 impl<'a> Compared<'a> {
-    /// None where the field has no place in the plane.
+    /// `None` if the field has no position in 2D.
     pub fn new(comparison: &'a Comparison, a: &'a Results, of: &'a ComparedField) -> Option<Self> {
         let a = comparison.found.as_deref().unwrap_or(a);
         let set = comparison.differences.iter().find(|set| set.on == of.on)?;
@@ -85,7 +85,7 @@ impl<'a> Compared<'a> {
         self.a.kinds.iter().map(|(_, count)| count).sum()
     }
 
-    /// The corners of a cell, their points and where their values stand; around each corner its part of the cell.
+    /// The corners of a cell, their points and the indices of their values; around each corner its part of the cell.
     fn shapes(&self) -> Vec<(usize, Vec<[f64; 2]>)> {
         let place = |p: u32| self.a.points.get(p as usize).map(|p| flat(*p));
         let mut shapes = Vec::new();
@@ -116,7 +116,7 @@ impl<'a> Compared<'a> {
         shapes
     }
 
-    /// Each shape in its colour; lines are as thick as there is room.
+    /// Each shape in its colour; lines are as thick as space allows.
     fn painted(
         &self,
         class: &'static str,
@@ -144,13 +144,13 @@ impl<'a> Compared<'a> {
         }
     }
 
-    /// Do all cells lie in one plane?
+    /// Are all cells in one plane?
     fn is_flat(&self) -> bool {
         self.a.kinds.iter().all(|(kind, _)| kind.dim() <= 2)
             && self.a.points.iter().all(|p| p[2] == self.a.points[0][2])
     }
 
-    /// Where the difference enters; none where there are other cells than triangles with a value at each corner.
+    /// Where the difference enters; `None` if there are cells other than triangles with a value at each corner.
     fn entering(&self, view: &View) -> Option<Html> {
         let kinds = &self.a.kinds;
         let is_triangle = |kind: CellKind| kind.shape() == Shape::Triangle && kind.points() == 3;
@@ -185,7 +185,7 @@ impl<'a> Compared<'a> {
             })
         });
         let triangles: Vec<Triangle> = triangles.collect::<Option<_>>()?;
-        // Cells with points of their own may jump.
+        // Values on cells with separate points may jump.
         let bits = |p: &[f64; 3]| p.map(|x| (x + 0.0).to_bits());
         let mut places: Vec<[u64; 3]> = self.a.points.iter().map(bits).collect();
         places.sort_unstable();
@@ -234,14 +234,14 @@ impl<'a> Compared<'a> {
         }
     }
 
-    /// |a - b| relative to the largest value; none where neither side has one.
+    /// |a - b| relative to the largest value; `None` if neither side has one.
     fn relative(&self, k: usize) -> Option<f64> {
         let has = |values: &[Option<f64>]| values.get(k).is_some_and(Option::is_some);
         let difference = self.differences.get(k).copied().unwrap_or(f64::NAN);
         (has(&self.values) || has(&self.of_b)).then(|| difference.abs() / self.scale())
     }
 
-    /// How many differences have each colour, over the scale.
+    /// The number of differences with each colour, over the scale.
     fn histogram(&self, ramp: &Ramp) -> Html {
         let all = (0..self.differences.len()).filter_map(|k| self.relative(k));
         let all: Vec<f64> = all.collect();
@@ -260,7 +260,7 @@ impl<'a> Compared<'a> {
         ramp.counted(&label, &all)
     }
 
-    /// |a - b|, and beside it a and b.
+    /// |a - b|, and next to it a and b.
     pub fn figures(&self) -> Html {
         let (name, field) = (&self.name(), &self.of.field);
         let view = View::of_points(&self.a.points, HIGHEST);
@@ -323,7 +323,7 @@ fn part(places: &[[f64; 2]], k: usize) -> Vec<[f64; 2]> {
     vec![own, mean(&[own, next]), mean(places), mean(&[own, before])]
 }
 
-/// The component of each value that is largest.
+/// The component of each value with the largest absolute value.
 fn largest(values: &[f64], components: usize) -> Vec<f64> {
     let larger = |m: f64, v: f64| match v.is_nan() || v.abs() > m.abs() {
         true => v,

@@ -1,11 +1,11 @@
-//! Increments step by step, a line a code.
+//! Increments step by step, one line per code.
 
 use super::Html;
 use super::chart::{Axis, COLOURS, Chart, Line, Point, RED, charts};
 use super::markup::figure;
 use crate::text::Text;
 
-/// Of more steps none has a mark of its own.
+/// With more steps, none has a separate mark.
 const MARKED: usize = 60;
 
 /// The increments of each code, step by step; the lines of those at fault are red.
@@ -25,13 +25,13 @@ pub(in crate::report) fn newton(
             true => RED,
             false => COLOURS[k % COLOURS.len()],
         };
-        // An increment of 0 stands below all others.
+        // An increment of 0 is drawn below all others.
         let at = |(k, v): (usize, &f64)| [(k + 1) as f64, if *v == 0.0 { 0.1 * least } else { *v }];
         let points = values.iter().enumerate().map(at).map(Point::new);
         Line {
             colour,
             is_bare: values.len() > MARKED,
-            // Lines that lie upon each other are all seen.
+            // Lines that overlap are all visible.
             thickness: 1.0 + (engines.len() - 1 - k) as f64,
             points: points.collect(),
             ..Line::new(name, 0, [])

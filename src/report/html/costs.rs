@@ -1,4 +1,4 @@
-//! What an accuracy costs with each code.
+//! The cost of an accuracy with each code.
 
 use super::Html;
 use super::markup::html;
@@ -9,7 +9,7 @@ use crate::report::model::{Cell, Column, Table};
 use crate::text::number::{number, trimmed};
 use crate::text::{Text, text};
 
-/// Accuracy asked, what each code needs for it, and the command.
+/// The target accuracy, the cost of each code, and the command.
 pub(in crate::report) fn costs<'a>(advice: &'a [Advice], scene: &str) -> Html {
     let advice: Vec<&Advice> = advice.iter().filter(|a| a.scene == scene).collect();
     let ways = |a: &'a Advice| [&a.best].into_iter().chain(&a.others);
@@ -55,7 +55,7 @@ fn within(way: &Alternative) -> &'static str {
     }
 }
 
-/// `5 %`, without digits that say nothing.
+/// `5 %`, without insignificant digits.
 pub(in crate::report) fn percent_asked(target: f64) -> String {
     format!("{} %", trimmed(&number(100.0 * target, 6)))
 }

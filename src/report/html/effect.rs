@@ -1,4 +1,4 @@
-//! What a difference looks like all over the mesh, and how it falls off with the distance.
+//! A difference over the whole mesh, and its decay with the distance.
 
 use super::Html;
 use super::chart::{Axis, Chart, Cloud, charts};
@@ -12,11 +12,11 @@ use crate::text::number::{number, trimmed};
 use crate::text::text;
 use faceoff_fem::contact::Problem;
 
-/// Of more faces the map has squares.
+/// Maps of more faces consist of squares.
 const MOST: usize = 5_000;
 const HIGHEST: f64 = 310.0;
 
-/// Differences of a field on faces, in units of their tolerance where they have a colour.
+/// Differences of a field on faces, in units of their tolerance for the colours.
 pub(in crate::report) struct Effect<'a> {
     pub problem: &'a Problem<'a>,
     pub values: &'a [(u32, f64)],
@@ -25,7 +25,7 @@ pub(in crate::report) struct Effect<'a> {
 }
 
 impl Effect<'_> {
-    /// The map; in space that of Γ_C.
+    /// The map; in 3D that of Γ_C.
     pub fn map(&self, about: &str) -> Html {
         let mesh = self.problem.space.mesh;
         let ramp = Ramp::over(self.tolerance, self.values.iter().map(|(_, d)| *d));
@@ -66,7 +66,7 @@ impl Effect<'_> {
         map(caption, &label, view.height + 14.0, &svg)
     }
 
-    /// Every face by its distance from a place.
+    /// Every face by its distance from a point.
     pub fn decay(&self, from: [f64; 3], place: &str, others: &[(u32, f64)]) -> Html {
         let mesh = self.problem.space.mesh;
         let far = |face: u32| {

@@ -3,14 +3,14 @@
 use super::plane::{Picture, Shades, path, word};
 use crate::text::number::{number, trimmed};
 
-/// By how much the square is turned, and from how high it is seen.
+/// The rotation of the square, and the elevation of the viewer.
 const TURN: f64 = 0.62;
 const TILT: f64 = 0.42;
-/// How high the surface is for a square of side 1.
+/// The height of the surface relative to the side of the square.
 const HIGH: f64 = 0.62;
 const WIDEST: f64 = 535.0;
 
-/// The same from place to picture.
+/// The map from space to the picture.
 struct View {
     low: f64,
     high: f64,
@@ -108,7 +108,7 @@ pub(in crate::report) fn elevation(
             tiles.push((back, mean, corners.map(at)));
         }
     }
-    // The far ones first; what is nearer covers them.
+    // From back to front, so that nearer tiles cover others.
     tiles.sort_by(|a, b| b.0.total_cmp(&a.0));
     let shades = Shades { low, high };
     for (_, mean, corners) in tiles.iter().filter(|tile| tile.1.is_finite()) {

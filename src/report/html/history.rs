@@ -1,4 +1,4 @@
-//! What releases were, run by run: a row of signs each, which do not rely on their colours.
+//! The history of releases: one row of signs each, which do not rely on their colours.
 
 use super::markup::{Html, html};
 use super::tables::table;
@@ -9,7 +9,7 @@ use crate::report::model::{Cell, Table};
 use crate::text::Text;
 use faceoff_judge::Verdict;
 
-/// Most runs in a row.
+/// The most runs in a row.
 const MOST: usize = 60;
 
 pub(in crate::report) fn history(past: &[Past]) -> Html {
@@ -19,7 +19,7 @@ pub(in crate::report) fn history(past: &[Past]) -> Html {
     let shown = &past[past.len().saturating_sub(MOST)..];
     let rows = unique(names).into_iter().map(|name| {
         let signs = shown.iter().map(|run| sign(run, name)).collect();
-        // The badge of what is not asked any more is of an earlier run.
+        // The badge of a release that is no longer in the request is from an earlier run.
         let is_asked = past
             .last()
             .is_some_and(|run| run.releases.iter().any(|of| of.name == name));

@@ -1,10 +1,10 @@
-//! A table of words on coloured ground: rows in families, columns by code and method.
+//! A table of words on coloured backgrounds: rows in families, columns by code and method.
 
 use super::Html;
 use super::markup::html;
 use crate::text::Text;
 
-/// What became of trials, for those who look for where something goes wrong.
+/// The results of trials, for finding where something goes wrong.
 pub(in crate::report) struct Map {
     pub caption: Text,
     /// Names of the two columns that name a row.
@@ -13,14 +13,14 @@ pub(in crate::report) struct Map {
     pub head: Vec<(String, Vec<String>)>,
     /// Families, and the values of each.
     pub families: Vec<(String, Vec<Row>)>,
-    /// What each ground means.
+    /// The meaning of each background.
     pub legend: Vec<(&'static str, &'static str)>,
 }
 
-/// A value, and what became of it in each column.
+/// A value, with its result in each column.
 pub(in crate::report) type Row = (Text, Vec<Option<Spot>>);
 
-/// One word, the class of its ground, and its numbers where one points.
+/// One word, the class of its background, and its numbers as a tooltip.
 pub(in crate::report) struct Spot {
     pub word: String,
     pub class: &'static str,
@@ -29,7 +29,7 @@ pub(in crate::report) struct Spot {
 
 impl Map {
     pub fn html(&self) -> Html {
-        // A caption in the table would be as wide as that.
+        // A caption inside the table would have its width.
         html! {
             p.cap #map { (self.caption) }
             p.cap { @for (class, words) in &self.legend { span.key { i class=(class) {} (words) } } }

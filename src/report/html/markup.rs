@@ -1,4 +1,4 @@
-//! HTML from templates: what is text is escaped, whatever it holds, and nothing else gets into the page.
+//! HTML from templates: text is always escaped, and nothing else gets into the page.
 
 use maud::Render;
 
@@ -43,14 +43,14 @@ impl Render for Html {
     }
 }
 
-/// A sentence: what stands out bold, what one would type as code, numbers as people write them.
+/// A sentence: emphasised parts bold, input as code, numbers in decimal notation.
 impl Render for Text {
     fn render_to(&self, html: &mut String) {
         html.push_str(&emphasised(self, "b").0);
     }
 }
 
-/// The same with what stands out in an element of this kind.
+/// The same with emphasised parts in an element of this kind.
 pub(super) fn emphasised(words: &Text, tag: &str) -> Html {
     let runs = words.spans().chunk_by(|a, b| a.is_strong == b.is_strong);
     let run = |run: &[Span]| {
@@ -73,17 +73,17 @@ fn shown(piece: &Piece) -> Html {
     }
 }
 
-/// What is HTML already: pictures that were drawn here, style and script that the program carries.
+/// Text that is already HTML: pictures drawn here, and the program's style and script.
 pub(super) fn raw(html: impl Into<String>) -> Html {
     Html(html.into())
 }
 
-/// Names and what they are.
+/// Names with their descriptions.
 pub(super) fn facts(facts: &[(Text, Text)]) -> Html {
     html! { dl { @for (name, fact) in facts { dt { (name) } dd { (fact) } } } }
 }
 
-/// A picture under what it shows in words, of which what stands out comes first.
+/// A picture with its caption above, of which the emphasised part comes first.
 pub(super) fn figure(class: &str, caption: impl Into<Text>, picture: Html) -> Html {
     let class = Some(class).filter(|class| !class.is_empty());
     html! { figure class=[class] { figcaption { (caption.into()) } (picture) } }
@@ -98,17 +98,17 @@ pub(super) fn figures(class: &str, caption: impl Into<Text>, [wide, narrow]: [Ht
     )
 }
 
-/// What opens when its name is pressed.
+/// A part that opens when its name is clicked.
 pub(super) fn folded(summary: Html, inner: Html) -> Html {
     html! { details { summary { (summary) } (inner) } }
 }
 
-/// What may stand in XML between tags or quotes.
+/// Characters that are allowed in XML between tags or quotes.
 pub(super) fn escape(text: &str) -> String {
     visible(&html! { (text) }.0)
 }
 
-/// Without characters that lead astray, of which no page and no picture has any of its own.
+/// Without misleading characters, which no page and no picture needs.
 pub(super) fn visible(html: &str) -> String {
     let shown = |c: char| match c {
         '\n' | '\t' => c,

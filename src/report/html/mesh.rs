@@ -1,4 +1,4 @@
-//! A mesh as it is: its cells, or what is seen of it from outside, in the colours of its groups and of its fields.
+//! A mesh: its cells, or its outer surface, in the colours of its groups and of its fields.
 
 use std::fmt::Write as _;
 
@@ -11,16 +11,16 @@ use crate::text::text;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::{Field, Mesh, Support};
 
-/// Of more shapes a picture has squares.
+/// Pictures of more shapes consist of squares.
 const MOST: usize = 8_000;
 const HIGHEST: f64 = 360.0;
-/// Groups in the legend, and fields that are drawn.
+/// The most groups in the legend, and the most fields that are drawn.
 const GROUPS: usize = 16;
 const FIELDS: usize = 4;
-/// The colours of groups in the order of the style, from one that differs from the ground on.
+/// The colours of groups in the order of the style, from the first that differs from the background.
 const COLOURS: [usize; 2] = [6, 48];
 
-/// Cells or faces in a plane, those that hide others last.
+/// Cells or faces in the picture plane, those in front last.
 struct Scene<'a> {
     mesh: &'a Mesh,
     view: View,
@@ -29,12 +29,12 @@ struct Scene<'a> {
     sight: Sight,
 }
 
-/// How space is seen.
+/// The projection of 3D meshes.
 #[derive(Clone, Copy)]
 enum Sight {
-    /// The mesh lies in a plane, whose axes these are.
+    /// The mesh is planar, with these axes.
     Along([usize; 2]),
-    /// From where x, y and z are large.
+    /// From the side where x, y and z are large.
     Oblique,
 }
 
@@ -80,7 +80,7 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// From a point of the mesh to the plane.
+    /// From a point of the mesh to the picture plane.
     fn place(&self, point: u32) -> [f64; 2] {
         self.sight.flat(self.mesh.points[point as usize])
     }
@@ -98,7 +98,7 @@ impl<'a> Scene<'a> {
             layers.add_squares(&self.view, points);
             return layers.svg(true);
         }
-        // What lies in front comes later, whatever its colour.
+        // Shapes in front come later, whatever their colour.
         let runs = coloured.chunk_by(|a, b| a.0 == b.0).map(|run| {
             let mut layers = Layers::new(class);
             run.iter()
@@ -144,7 +144,7 @@ pub(in crate::report) fn drawn(mesh: &Mesh) -> Result<Html> {
     Ok(in_thirds([of_groups(&scene)].into_iter().chain(fields)))
 }
 
-/// Groups of the shapes' dimension, and the sides of a plane mesh as lines.
+/// Groups of the shapes' dimension, and the sides of a 2D mesh as lines.
 fn of_groups(scene: &Scene<'_>) -> Html {
     let mesh = scene.mesh;
     let dim = mesh.dim();
@@ -153,7 +153,7 @@ fn of_groups(scene: &Scene<'_>) -> Html {
     let mut groups: Vec<_> = groups
         .filter(|group| group.dim > 0 && group.dim + 1 >= dim)
         .collect();
-    // What fills the picture is pale.
+    // Colours of filled shapes are pale.
     groups.sort_by_key(|group| std::cmp::Reverse(group.dim));
     let colour = |k: usize| COLOURS[0] + k * (COLOURS[1] - COLOURS[0]) / groups.len().max(1);
     for (k, group) in groups.iter().enumerate() {
@@ -224,7 +224,7 @@ fn of_groups(scene: &Scene<'_>) -> Html {
     map(caption, "groups of the mesh", y + 2.0, &svg)
 }
 
-/// A field by its value, a vector by its length: of the cell, or in the mean of the corners.
+/// A field by its value, a vector by its length: that of the cell, or the mean over the corners.
 fn of_field(scene: &Scene<'_>, field: &Field) -> Html {
     let values = field.values.to_f64();
     let rows = values.chunks(field.components.max(1)).map(|row| match row {
@@ -262,7 +262,7 @@ fn of_field(scene: &Scene<'_>, field: &Field) -> Html {
     map(caption, &label, y + 2.0, &svg)
 }
 
-/// The mesh with circles around some places.
+/// The mesh with circles around some points.
 ///
 /// # Errors
 /// The command has ended.

@@ -1,4 +1,4 @@
-//! A report as one HTML file: the answer, then everything that it rests on. It needs no network, no server and no
+//! A report as one HTML file: the answer, then all evidence. It needs no network, no server and no
 //! scripts; a small one sorts tables.
 
 mod agree;
@@ -56,17 +56,17 @@ pub(super) use steps::steps;
 use tables::table;
 pub(super) use verify::Run;
 
-/// Nothing in the page may ask for anything outside of it.
+/// The page must not load anything from outside.
 const POLICY: &str =
     "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
-/// A longer answer is no headline.
+/// A longer answer is not used as a headline.
 const LONG: usize = 110;
 
-/// The page of a report whose data are in `folder` already, so that it can name them.
+/// The page of a report whose data are already in `folder`, so that it can name them.
 ///
 /// # Errors
-/// What a part of it is made of.
+/// Errors in making one of its parts.
 pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
     let style = [
         include_str!("svg.css"),
@@ -78,7 +78,7 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
         .verdict
         .map_or("done", |(verdict, _)| word_of(verdict));
     let is_brief = report.story.next.is_empty() && word == "agree";
-    // No icon is asked for.
+    // No icon is requested.
     let html = html! {
         html lang="en" {
             head {
@@ -104,7 +104,7 @@ pub(super) fn page(report: &Report, folder: &Path) -> Result<String> {
     Ok(visible(&format!("<!doctype html>\n{}\n", html.as_str())))
 }
 
-/// The command, and in one line by what, where and when; more of it folded.
+/// The command, and on one line program, machine and date; the rest is folded.
 fn origin(report: &Report) -> Html {
     let Provenance { command, line, all } = provenance(report);
     let line = html! {
@@ -116,7 +116,7 @@ fn origin(report: &Report) -> Html {
     html! { .prov { code { (command) } (folded(line, facts(&all))) } }
 }
 
-/// The verdict as a sentence, and what it rests on.
+/// The verdict as a sentence, with its evidence.
 fn answer(report: &Report) -> Html {
     let label = match report.verdict {
         Some((_, word)) => format!("verdict: {word}"),
@@ -135,7 +135,7 @@ fn answer(report: &Report) -> Html {
     }
 }
 
-/// The picture, and beside it what to do.
+/// The picture, and next to it the suggestions.
 fn lead(report: &Report) -> Result<Html> {
     let pictures = blocks(&report.story.picture)?;
     if report.story.next.is_empty() {
@@ -156,7 +156,7 @@ fn lead(report: &Report) -> Result<Html> {
     })
 }
 
-/// A command whose options stay with their values where a line ends.
+/// A command in which line breaks do not separate options from their values.
 fn typed(command: &str) -> Html {
     let mut words: Vec<String> = Vec::new();
     for word in command.split(' ') {
@@ -173,10 +173,10 @@ fn typed(command: &str) -> Html {
     html! { @for word in words { span { (word) } " " } }
 }
 
-/// By which methods, and the files beside the page.
+/// The methods, and the files in the folder of the page.
 fn foot(report: &Report, folder: &Path) -> Result<Html> {
     let mut files = names(folder)?;
-    // What scripts read stands first.
+    // Files for scripts come first.
     files.sort_by_key(|name| !name.ends_with(".json"));
     let (shown, rest) = match files.len() {
         0..=6 => (&files[..], &[][..]),
@@ -198,7 +198,7 @@ fn foot(report: &Report, folder: &Path) -> Result<Html> {
     })
 }
 
-/// Any number of pictures, three in a row.
+/// Pictures, three in a row.
 pub(super) fn in_thirds(all: impl IntoIterator<Item = Html>) -> Html {
     html! { .grid { @for part in all { .c4.half { (part) } } } }
 }
@@ -231,7 +231,7 @@ fn block(block: &Block) -> Result<Html> {
     })
 }
 
-/// Drawn for a wide page and for a narrow one, and where it is as a file.
+/// Drawn for a wide page and for a narrow one, with the name of its file.
 fn figure_of(of: &Figure) -> Html {
     let drawn = [WIDEST, NARROWEST].map(|width| (of.picture)(width).html());
     let caption = of

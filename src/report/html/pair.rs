@@ -6,7 +6,7 @@ use faceoff_judge::{FieldVerdict, Verdict, relative_differences};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 
-/// Two engines and every field of theirs.
+/// Two engines with all their fields.
 pub(in crate::report) struct Pair<'a> {
     pub a: &'a str,
     pub b: &'a str,
@@ -33,7 +33,7 @@ impl<'a> Pair<'a> {
         format!("{} – {}", self.a, self.b)
     }
 
-    /// What is taken of the two.
+    /// The selection for these two.
     pub fn difference(&self) -> String {
         format!("{} − {}", self.a, self.b)
     }
@@ -42,13 +42,13 @@ impl<'a> Pair<'a> {
         self.a == engine || self.b == engine
     }
 
-    /// What both gave.
+    /// The fields that both have.
     pub fn of<'c>(&self, case: &'c CaseOutcome) -> Option<[&'c FaceFields; 2]> {
         let find = |name: &str| case.fields.iter().find(|f| f.source == name);
         Some([find(self.a)?, find(self.b)?])
     }
 
-    /// Those of `all` that are about these two in this case.
+    /// Those of `all` that belong to these two in this case.
     pub fn diagnoses<'d>(
         &self,
         case: &CaseOutcome,
@@ -58,12 +58,12 @@ impl<'a> Pair<'a> {
         all.iter().filter(move |d| d.is_of(of, (self.a, self.b)))
     }
 
-    /// The largest difference of any field, relative to max|u|; what is not a number is.
+    /// The largest difference of any field, relative to max|u|; NaN if one is NaN.
     pub fn largest(&self) -> f64 {
         largest(self.fields.iter().copied())
     }
 
-    /// The field that is shown: the means where they differ, which every face has; else what lies farthest beyond its
+    /// The field to show: the means if they differ, which every face has; else the one with the largest difference relative to its
     /// tolerance.
     pub fn worst(&self) -> Option<&'a FieldVerdict> {
         let means = self.fields.iter().find(|f| f.field == "mean");
@@ -88,7 +88,7 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// How far a field lies beyond its tolerance.
+/// The ratio of a field's difference to its tolerance.
 pub(in crate::report) fn factor(field: &FieldVerdict) -> f64 {
     let factor = field.max_rel / field.tolerance;
     match field.verdict {

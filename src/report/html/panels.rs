@@ -1,4 +1,4 @@
-//! The panels along Γ_C: u and its contact, γ that faces imply, residuals, differences.
+//! The panels along Γ_C: u and its contact, γ of each face, residuals, differences.
 
 use super::along::Sheet;
 use super::chart::{Axis, COLOURS, Chart, Cloud, Line, Point, RED};
@@ -8,9 +8,9 @@ use crate::text::number::{number, trimmed};
 use crate::text::text;
 use crate::why::Explanation;
 
-/// γ that is off by less has no picture.
+/// A smaller relative deviation of γ is not drawn.
 const OFF: f64 = 1e-9;
-/// Below rounding all is one.
+/// Values below rounding are drawn as equal.
 pub(super) const LEAST: f64 = 1e-17;
 
 impl Sheet<'_> {
@@ -36,7 +36,7 @@ impl Sheet<'_> {
                     (share, gap + point.psi, point.psi)
                 })
                 .collect();
-            // Faces follow each other as their places do.
+            // Faces are in the order of their positions.
             let next = mesh.points[ends[1] as usize];
             let axis = if self.chain.axis == "y" { 1 } else { 0 };
             if next[axis] < start[axis] {
@@ -77,7 +77,7 @@ impl Sheet<'_> {
         self.panel(text!("u on Γ_C, and the obstacle"), 54.0, chart);
     }
 
-    /// Contact at each quadrature point, a line for each code.
+    /// Contact at each quadrature point, one line per code.
     pub fn status(&mut self) {
         let of = self.of;
         let fields = of.fields.iter();
@@ -107,7 +107,7 @@ impl Sheet<'_> {
                 for (q, _) in values.iter().enumerate().filter(|(_, p)| **p <= 0.0) {
                     let (from, to) = (a + q as f64 * width, a + (q + 1) as f64 * width);
                     match runs.last_mut() {
-                        // Neighbours in contact are one zone.
+                        // Neighbours in contact form one zone.
                         Some([_, end]) if (*end - from).abs() <= 1e-6 * width => *end = to,
                         _ => runs.push([from, to]),
                     }
@@ -129,7 +129,7 @@ impl Sheet<'_> {
         self.panel(title, 13.0 * with.len() as f64, chart);
     }
 
-    /// What γ would have to be, where some of it is off.
+    /// The γ that fits, if it deviates somewhere.
     pub fn gamma(&mut self) {
         let of = self.of;
         let found = of.puts.last().and_then(|put| put.findings);
@@ -186,7 +186,7 @@ impl Sheet<'_> {
         self.panel(title, 44.0, chart);
     }
 
-    /// The worst row of each contact face, of every code.
+    /// The worst row of each contact face, for every code.
     pub fn residuals(&mut self) {
         let of = self.of;
         let (problem, mesh) = (of.problem, of.problem.space.mesh);

@@ -1,4 +1,4 @@
-//! What lies in a plane as shapes of a picture: one path a colour, in whole units, each point relative to the one before.
+//! 2D shapes of a picture: one path per colour, in integer units, each point relative to the one before.
 
 use std::fmt::{Display, Write as _};
 
@@ -12,7 +12,7 @@ pub(super) const WIDTH: f64 = 384.0;
 /// Widths of a drawing on a wide and on a narrow page.
 pub(in crate::report) const WIDEST: f64 = 1090.0;
 pub(in crate::report) const NARROWEST: f64 = 358.0;
-/// Larger sides of squares than this hide what is small.
+/// Larger squares hide small features.
 const SQUARE: f64 = 4.0;
 
 /// From a window of the plane to a picture; y points up.
@@ -47,7 +47,7 @@ impl View {
         }
     }
 
-    /// What the points of a mesh fill.
+    /// The bounding box of the points of a mesh.
     pub fn of_points(points: &[[f64; 3]], highest: f64) -> Self {
         View::of(points.iter().map(|p| flat(*p)), highest)
     }
@@ -59,7 +59,7 @@ impl View {
         ]
     }
 
-    /// Does a shape lie in the window, at least in part?
+    /// Is a shape in the window, at least in part?
     pub fn meets(&self, corners: &[[f64; 2]]) -> bool {
         (0..2).all(|k| {
             let of = || corners.iter().map(|p| p[k]);
@@ -82,7 +82,7 @@ impl Layers {
         }
     }
 
-    /// A polygon; what is no larger than a point is left out.
+    /// A polygon; shapes no larger than a point are left out.
     pub fn add(&mut self, colour: usize, view: &View, corners: &[[f64; 2]]) {
         let Some(path) = self.paths.get_mut(colour) else {
             return;
@@ -94,7 +94,7 @@ impl Layers {
         let _ = write!(path, "M{} {}l", first[0], first[1]);
         for (k, point) in points.enumerate() {
             let [x, y] = [point[0] - last[0], point[1] - last[1]];
-            // A minus parts two numbers as well as a space.
+            // A minus separates two numbers like a space.
             let space = |n: i64| if n < 0 { "" } else { " " };
             let before = if k == 0 { "" } else { space(x) };
             let _ = write!(path, "{before}{x}{}{y}", space(y));
@@ -103,7 +103,7 @@ impl Layers {
         path.push('z');
     }
 
-    /// Squares that lie on each other's right, in the colour of the largest value in each. Values have the order of colours.
+    /// Squares in horizontal runs, in the colour of the largest value in each. Values have the order of colours.
     pub fn add_squares(&mut self, view: &View, points: impl Iterator<Item = ([f64; 2], usize)>) {
         let columns = (WIDTH / SQUARE) as usize;
         let rows = (view.height / SQUARE).ceil().max(1.0) as usize;
@@ -126,7 +126,7 @@ impl Layers {
         }
     }
 
-    /// A square for each place where there are points, in the colour of the largest value there, as large as there is room.
+    /// A square for each position where there are points, in the colour of the largest value there, as large as space allows.
     pub fn add_spots(&mut self, view: &View, points: impl Iterator<Item = ([f64; 2], usize)>) {
         let mut seen = std::collections::BTreeMap::new();
         for (point, colour) in points {
@@ -134,7 +134,7 @@ impl Layers {
             let kept = seen.entry(at).or_insert(colour);
             *kept = (*kept).max(colour);
         }
-        // On a lattice they overlap, so that no holes are left between its points.
+        // On a lattice they overlap, so that there are no holes between its points.
         let across = ((seen.len() as f64).sqrt() - 1.0).max(1.0);
         let side = (1.7 * (WIDTH * view.height).sqrt() / across)
             .clamp(SQUARE, 48.0)
@@ -154,7 +154,7 @@ impl Layers {
         }
     }
 
-    /// Polygons where there is room for them, else squares at these points.
+    /// Polygons if there is space for them, else squares at these points.
     pub fn fill(
         &mut self,
         view: &View,
@@ -195,7 +195,7 @@ impl Shades {
         Shades { low, high }
     }
 
-    /// What is not finite is dark.
+    /// Values that are not finite are dark.
     pub fn step(&self, value: f64) -> usize {
         let share = (value - self.low) / (self.high - self.low).max(f64::MIN_POSITIVE);
         match share.is_finite() {
@@ -212,7 +212,7 @@ impl Shades {
     }
 }
 
-/// The least and the largest; of none the first is above the second.
+/// The least and the largest; if there are no values, the first is above the second.
 pub(super) fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     values.fold(none, |[low, high], v| [low.min(v), high.max(v)])
@@ -228,7 +228,7 @@ pub(super) fn mean(points: &[[f64; 2]]) -> [f64; 2] {
     [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / points.len().max(1) as f64)
 }
 
-/// Lines from point to point, each by itself.
+/// Separate lines from point to point.
 pub(super) fn segments(view: &View, ends: impl Iterator<Item = [[f64; 2]; 2]>) -> String {
     let mut path = String::new();
     for [p, q] in ends {
@@ -262,7 +262,7 @@ pub(super) fn line(class: &str, width: f64, d: impl Display) -> String {
     format!("<path class=\"{class}\" stroke-width=\"{width}\" d=\"{d}\"/>")
 }
 
-/// What is said where one points at it.
+/// The tooltip.
 pub(super) fn titled(class: &str, d: impl Display, title: &str) -> String {
     format!(
         "<path class=\"{class}\" d=\"{d}\"><title>{}</title></path>",
@@ -270,7 +270,7 @@ pub(super) fn titled(class: &str, d: impl Display, title: &str) -> String {
     )
 }
 
-/// A drawing, called `label` where it is not seen.
+/// A drawing with the text alternative `label`.
 pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> Html {
     let (label, width, height) = (escape(label), width + 4.0, height + 4.0);
     raw(format!(
@@ -278,12 +278,12 @@ pub(super) fn drawing(label: &str, [width, height]: [f64; 2], inner: &str) -> Ht
     ))
 }
 
-/// A map of this height under its caption.
+/// A map of this height with its caption.
 pub(super) fn map(caption: impl Into<Text>, label: &str, height: f64, inner: &str) -> Html {
     figure("", caption, drawing(label, [WIDTH, height], inner))
 }
 
-/// A drawing for a page, no larger there than it was drawn, which can also be written to a file.
+/// A drawing for a page, with its size as an upper limit, which can also be written to a file.
 pub struct Picture {
     label: String,
     size: [f64; 2],
@@ -309,7 +309,7 @@ impl Picture {
         ))
     }
 
-    /// A whole SVG file in the colours of a light page; variables are resolved, as other programs do not know them.
+    /// A whole SVG file in the colours of a light page; variables are resolved, since other programs do not support them.
     pub fn file(&self) -> String {
         let [width, height] = self.size;
         let sheet = include_str!("svg.css");
@@ -319,7 +319,7 @@ impl Picture {
         let values = sheet
             .split(['{', ';', '}'])
             .filter_map(|part| part.split_once(':'));
-        // The first of a name is that of a light page.
+        // The first definition of a name is that of a light page.
         let mut values: Vec<_> = values.filter(|(name, _)| name.starts_with("--")).collect();
         values.reverse();
         let values: std::collections::BTreeMap<_, _> = values.into_iter().collect();
@@ -337,7 +337,7 @@ impl Picture {
     }
 }
 
-/// A circle around a place, seen on any ground.
+/// A circle around a point, visible on any background.
 pub(super) fn circle([x, y]: [f64; 2], radius: f64) -> String {
     let of = |class: &str, width: f64| {
         format!(
@@ -351,7 +351,7 @@ pub(super) fn circle([x, y]: [f64; 2], radius: f64) -> String {
     )
 }
 
-/// A word in a picture, by its classes.
+/// A word in a picture, with its classes.
 pub(super) fn word(class: &str, [x, y]: [f64; 2], words: impl Into<Text>) -> String {
     let of = |span: &Span| match &span.piece {
         Piece::Words(words) | Piece::Code(words) | Piece::Link(_, words) => escape(words),
@@ -365,13 +365,13 @@ pub(super) fn word(class: &str, [x, y]: [f64; 2], words: impl Into<Text>) -> Str
     format!("<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{words}</text>")
 }
 
-/// A position as one reads it: what rounding leaves of 0, for a window of an extent, is 0.
+/// A position for people: rounding errors of 0, for a window of some extent, are 0.
 pub(super) fn position(x: f64, extent: f64) -> String {
     let x = if x.abs() < 1e-9 * extent { 0.0 } else { x };
     trimmed(&number(x, 3))
 }
 
-/// Numbers from 0 on that a person would write below an axis, to at most `most`.
+/// Round numbers from 0 on for the labels of an axis, to at most `most`.
 pub(super) fn ticks(most: f64) -> Vec<f64> {
     let power = 10f64.powf((most / 4.0).log10().floor());
     let steps = [1.0, 2.0, 2.5, 5.0, 10.0].map(|s| s * power);

@@ -4,11 +4,11 @@ use super::markup::{Html, html, raw};
 use super::plane::{path, titled, word};
 use crate::text::number::{power_of_ten, size, whole};
 
-/// Steps below the tolerance, and all; the style has the colours. One more is for what is not a finite number.
+/// Steps below the tolerance, and all steps; the style has the colours. One more is for values that are not finite.
 const COLD: i32 = 20;
 const STEPS: i32 = 48;
 pub(super) const CLASSES: usize = STEPS as usize + 1;
-/// Steps a decade, unless what is shown is larger.
+/// Steps per decade, unless a value is larger.
 const A_DECADE: f64 = 4.0;
 /// Height of the tallest column of a histogram.
 const TALLEST: i32 = 64;
@@ -16,7 +16,7 @@ const TALLEST: i32 = 64;
 #[derive(Clone, Copy)]
 pub(super) struct Ramp {
     pub tolerance: f64,
-    /// Steps a decade above the tolerance.
+    /// Steps per decade above the tolerance.
     above: f64,
 }
 
@@ -40,7 +40,7 @@ impl Ramp {
         Ramp { tolerance, above }
     }
 
-    /// The colour of a value, by its number.
+    /// The colour of a value, by its index.
     pub fn step(&self, value: f64) -> usize {
         if !value.is_finite() {
             return STEPS as usize;
@@ -50,16 +50,16 @@ impl Ramp {
             true => (decades * A_DECADE).ceil() - 1.0,
             false => (decades * self.above).floor(),
         };
-        // Of 0 it is the least integer.
+        // For 0 it is the least integer.
         (COLD + (step as i32).clamp(-COLD, STEPS - COLD - 1)) as usize
     }
 
-    /// The scale with its powers of ten, and what it is of.
+    /// The scale with its powers of ten, and the quantity.
     pub fn bar(&self, label: &str) -> Html {
         self.counted(label, &[])
     }
 
-    /// The scale with how many of these values have each of its colours.
+    /// The scale with the number of these values that have each of its colours.
     pub fn counted(&self, label: &str, values: &[f64]) -> Html {
         let (left, width) = (12.0, 376.0);
         let at = |step: f64| left + width * step / f64::from(STEPS);
@@ -76,7 +76,7 @@ impl Ramp {
         let width_of_one = width / f64::from(STEPS);
         for (step, count) in (0..STEPS).zip(counts).filter(|(_, count)| *count > 0) {
             let (x, w) = (at(f64::from(step)), width_of_one);
-            // One value is seen beside a million.
+            // One value is visible next to a million.
             let h = (f64::from(TALLEST) * count as f64 / most as f64).max(1.5);
             let d = format_args!("M{x:.1} 0h{w:.2}v-{h:.1}h-{w:.2}z");
             svg += &titled(&format!("f k{step}"), d, &whole(count));
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!([0.0, 1e-17, 1e-18].map(|v| ramp.step(v)), [0, 0, 0]);
         assert_eq!([1.1e-5, 1e300].map(|v| ramp.step(v)), [47, 47]);
         assert_eq!([f64::NAN, f64::INFINITY].map(|v| ramp.step(v)), [48, 48]);
-        // What is far above it does not all look alike.
+        // Values far above it are distinguishable.
         let wide = Ramp::new(1e-12, 1.0);
         assert!(wide.step(1e-3) < wide.step(0.5));
         assert!((0..=48).contains(&Ramp::new(1e-12, f64::NAN).step(1.0)));

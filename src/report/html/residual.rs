@@ -1,5 +1,5 @@
-//! Where a field does not solve its scheme: the residual of each row in the plane, around the worst one, and by the
-//! terms that the rows hold. In space see [`super::surface`].
+//! Where a field does not solve its scheme: the residual of each row in 2D, around the worst one, and by the
+//! terms in the rows. For 3D see [`super::surface`].
 
 use super::Html;
 use super::markup::html;
@@ -15,21 +15,21 @@ use faceoff_fem::contact::{Problem, Term};
 use faceoff_fem::scene::Part;
 use faceoff_mesh::mesh::Triangulation;
 
-/// Of more rows a map of the whole has squares instead of faces.
+/// A map of the whole with more rows has squares instead of faces.
 const MOST: usize = 20_000;
-/// The same of small maps, of which there are several.
+/// The same for small maps, of which there are several.
 const MOST_SMALL: usize = 1_500;
-/// So many faces across a zoom.
+/// The number of faces across a zoom.
 const ACROSS: f64 = 7.0;
 const HIGHEST: f64 = 400.0;
 
-/// A field put into a scheme.
+/// A field substituted into a scheme.
 pub(in crate::report) struct Put<'a> {
-    /// Whose it is.
+    /// The name of its code.
     pub name: &'a str,
     pub problem: &'a Problem<'a>,
     pub u: &'a [f64],
-    /// Of each row.
+    /// The backward error of each row.
     pub errors: Vec<f64>,
     pub findings: Option<&'a Findings>,
     pub(super) ramp: Ramp,
@@ -57,11 +57,11 @@ impl<'a> Put<'a> {
     }
 
     pub fn fails(&self, row: usize) -> bool {
-        // What is not a number fails.
+        // NaN fails.
         !(self.errors[row] <= self.ramp.tolerance)
     }
 
-    /// The row that is farthest off; what is not a number is.
+    /// The row with the largest residual, or with NaN.
     pub fn worst(&self) -> Option<usize> {
         let key = |row: &usize| match self.errors[*row] {
             error if error.is_nan() => f64::INFINITY,
@@ -71,7 +71,7 @@ impl<'a> Put<'a> {
         rows.max_by(|a, b| key(a).total_cmp(&key(b)))
     }
 
-    /// The faces whose datum is to blame.
+    /// The faces whose datum is at fault.
     pub fn blamed(&self) -> &'a [Spot] {
         let culprit = self.findings.and_then(Findings::culprit);
         culprit.map_or(&[], |of: &Explanation| &of.at)
@@ -101,8 +101,8 @@ pub(in crate::report) fn cause(put: &Put, about: &str) -> Html {
     html! { .two { (pictures) } (put.ramp.bar(held)) }
 }
 
-/// The shape of each row in the plane: the kite of a face between its ends and the centroids of its cells, and around a
-/// vertex what lies nearest. Where rows stand on both, each edge is shared as 1 : 2 : 1.
+/// The shape of each row in 2D: the kite of a face between its ends and the centroids of its cells, and around a
+/// vertex the nearest part. If rows belong to both, each edge is divided as 1 : 2 : 1.
 pub(super) fn shapes(problem: &Problem) -> Vec<(usize, Vec<[f64; 2]>)> {
     let (space, mesh) = (&problem.space, problem.space.mesh);
     let on = space.element.on();
@@ -135,7 +135,7 @@ pub(super) fn shapes(problem: &Problem) -> Vec<(usize, Vec<[f64; 2]>)> {
     shapes
 }
 
-/// What is nearer to a face of a plane mesh than to any other, without a share of both its ends.
+/// The region nearest to a face of a 2D mesh, without a part at both of its ends.
 pub(super) fn kite(mesh: &Triangulation, face: usize, cut: f64) -> Vec<[f64; 2]> {
     let [a, b] = ends(mesh, face);
     let [one, other] = mesh.face_cells(face);
@@ -154,18 +154,18 @@ fn towards(p: [f64; 2], q: [f64; 2], share: f64) -> [f64; 2] {
     [0, 1].map(|k| p[k] + share * (q[k] - p[k]))
 }
 
-/// Of a cell of a plane mesh.
+/// Vertices of a cell of a 2D mesh.
 pub(super) fn centroid(mesh: &Triangulation, cell: usize) -> [f64; 2] {
     mean(&[0, 1, 2].map(|k| flat(mesh.points[mesh.cell(cell)[k] as usize])))
 }
 
-/// Of a face of a plane mesh.
+/// Ends of a face of a 2D mesh.
 pub(super) fn ends(mesh: &Triangulation, face: usize) -> [[f64; 2]; 2] {
     let ends = mesh.face(face);
     [ends[0], ends[1]].map(|v| flat(mesh.points[v as usize]))
 }
 
-/// The rows in their colours, those of them that `shows` says.
+/// The rows in their colours, restricted to those selected by `shows`.
 pub(super) fn rows(put: &Put, view: &View, most: usize, shows: impl Fn(usize) -> bool) -> String {
     let mut layers = Layers::new("k");
     let shown = (0..put.errors.len()).filter(|row| shows(*row));
@@ -182,7 +182,7 @@ pub(super) fn rows(put: &Put, view: &View, most: usize, shows: impl Fn(usize) ->
     layers.svg(put.errors.len() > MOST / 4)
 }
 
-/// The boundary, and Γ_C thick.
+/// The boundary, with Γ_C as a thick line.
 pub(super) fn outline(problem: &Problem, view: &View, thick: f64) -> String {
     let mesh = problem.space.mesh;
     let of = |is_contact: bool| {
@@ -224,7 +224,7 @@ pub(super) fn corners(view: &View) -> String {
     word("t", [left, y], of(view.low[0])) + &word("t e", [right, y], of(view.high[0]))
 }
 
-/// Some faces around the worst row; none where that is nearly all there is.
+/// Some faces around the worst row; `None` if that is nearly the whole mesh.
 fn near(put: &Put, all: &View) -> Option<View> {
     let (space, mesh) = (&put.problem.space, put.problem.space.mesh);
     let row = put.worst()?;
@@ -277,7 +277,7 @@ fn zoom(put: &Put, about: &str) -> Html {
         h = height + 4.0,
     );
     svg += &path("frame", format_args!("M0 0h{WIDTH}v{height:.0}H0z"));
-    // The two rows that are farthest off, with a line to each.
+    // The two rows with the largest residuals, with a line to each.
     let mut failing: Vec<usize> = (0..put.errors.len())
         .filter(|row| put.fails(*row))
         .collect();
@@ -354,7 +354,7 @@ fn zoom(put: &Put, about: &str) -> Html {
     map(caption, &label, height + below, &svg)
 }
 
-/// A small map for each term: the rows that hold it.
+/// A small map for each term: the rows that contain it.
 pub(in crate::report) fn by_term(put: &Put, about: &str) -> Html {
     let (problem, Some(found)) = (put.problem, put.findings) else {
         return Html::default();

@@ -1,4 +1,4 @@
-//! A field as it is, and what each cell adds to a bound: maps without a tolerance.
+//! A field, and the contribution of each cell to a bound: maps without a tolerance.
 
 use super::Html;
 use super::markup::figure;
@@ -10,15 +10,15 @@ use crate::text::text;
 use faceoff_fem::contact::Problem;
 use faceoff_mesh::mesh::Triangulation;
 
-/// Of more shapes a map has squares.
+/// Maps of more shapes consist of squares.
 const MOST: usize = 8_000;
 const HIGHEST: f64 = 360.0;
-/// What is smaller by so many powers of ten has no colour of its own.
+/// Values smaller by this number of powers of ten have no separate colour.
 const DECADES: f64 = 3.0;
-/// The colours of what is large, in the order of the style.
+/// The colours of large values, in the order of the style.
 const WARM: [f64; 2] = [20.0, 47.0];
 
-/// u, by its value at each dof; in space what is in contact, seen from outside.
+/// u, by its value at each dof; in 3D the contact zones, seen from outside.
 pub(in crate::report) fn solution(problem: &Problem, u: &[f64], about: &str) -> Html {
     let mesh = problem.space.mesh;
     if mesh.dim == 3 {
@@ -63,7 +63,7 @@ fn zones(problem: &Problem, u: &[f64], about: &str) -> Html {
             .filter(|p| !(p.trace(face.gamma, &local).p > 0.0));
         points.count() as f64 / face.points.len().max(1) as f64
     };
-    // Cold to the tolerance: what is wholly in contact is darkest.
+    // Cold up to the tolerance: faces fully in contact are darkest.
     let faces = problem
         .contact
         .iter()
@@ -78,7 +78,7 @@ fn zones(problem: &Problem, u: &[f64], about: &str) -> Html {
     figure("", caption, surface.picture(&label, &faces, &[], None))
 }
 
-/// Cells by the root of what each adds, the larger the darker; `squares` are what they add.
+/// Cells by the root of their contributions, the larger the darker; `squares` are the contributions.
 pub(in crate::report) fn cells(mesh: &Triangulation, squares: &[f64], about: &str) -> Html {
     let most = squares.iter().fold(0.0, |most: f64, part| most.max(*part));
     let colour = |part: f64| {

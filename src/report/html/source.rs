@@ -1,8 +1,8 @@
-//! Where a difference of two fields enters: -Δ takes away what merely spreads by diffusion.
+//! Where a difference of two fields enters: -Δ removes what only spreads by diffusion.
 
 use std::collections::BTreeMap;
 
-/// A piece of the plane and how much enters there, relative to the largest terms.
+/// A 2D shape, and the source of the difference there, relative to the largest terms.
 pub(super) type Entering = (Vec<[f64; 2]>, f64);
 
 /// A triangle of values: points, a and a - b at each.
@@ -12,10 +12,10 @@ pub(super) struct Triangle {
     pub difference: [f64; 3],
 }
 
-/// What enters at a place, the size of the terms there, and its pieces.
+/// The source at a position, the size of the terms there, and its pieces.
 type Place = (f64, f64, Vec<Vec<[f64; 2]>>);
 
-/// By face where values may jump between triangles, else by vertex.
+/// By face if values may jump between triangles, else by vertex.
 ///
 /// ```text
 /// Σ_T ∫_T ∇φ·∇(a-b)   over   max Σ_T ∫_T |∇φ|·|∇a|,   φ = 1 - 2λ of a face (Crouzeix–Raviart), λ of a vertex
@@ -45,7 +45,7 @@ pub(super) fn entering(triangles: &[Triangle], is_broken: bool) -> Vec<Entering>
                 true => (vec![s, t], -2.0, vec![s, centre, t]),
                 false => (vec![own], 1.0, vec![own, middle(s), centre, middle(t)]),
             };
-            // -0 and 0 are one place.
+            // -0 and 0 are the same position.
             let mut key: Vec<[u64; 2]> = ends
                 .iter()
                 .map(|p| p.map(|x| (x + 0.0).to_bits()))
@@ -75,7 +75,7 @@ pub(super) fn entering(triangles: &[Triangle], is_broken: bool) -> Vec<Entering>
 mod tests {
     use super::*;
 
-    /// A difference that is linear enters nowhere inside; one at a single vertex enters there.
+    /// A linear difference enters nowhere inside; one at a single vertex enters there.
     #[test]
     fn what_merely_spreads_is_taken_away() {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

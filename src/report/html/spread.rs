@@ -1,4 +1,4 @@
-//! How well codes agree: the differences of each pair of codes by their size, in units of rounding.
+//! The agreement of codes: the differences of each pair of codes by their size, in units of rounding.
 
 use std::fmt::Write as _;
 
@@ -16,7 +16,7 @@ use faceoff_mesh::error::Result;
 const LOW: i32 = -9;
 const HIGH: i32 = 17;
 const BINS: usize = 2 * (HIGH - LOW) as usize;
-/// So many pairs of codes have a line of their own.
+/// The most pairs of codes with separate lines.
 const MOST: usize = 3;
 
 /// Differences of one pair of codes by one method, over rounding.
@@ -68,7 +68,7 @@ impl Spread {
             .flat_map(|of| of.differences.iter().copied())
     }
 
-    /// How large the differences are, in words.
+    /// The size of the differences as text.
     pub fn words(&self) -> Text {
         let mut all: Vec<f64> = self.differences().collect();
         all.sort_by(f64::total_cmp);
@@ -189,7 +189,7 @@ impl Spread {
                     let at = x(largest.log2().clamp(f64::from(LOW), f64::from(HIGH)));
                     svg += &path(fill, format_args!("M{at:.1} {:.1}l-4 7h8z", base + 4.0));
                 }
-                // The methods are named once, each beside its highest bar.
+                // The methods are named once, each at its highest bar.
                 if k == 0 && !is_narrow {
                     let bars = bins(of);
                     let peak = (0..BINS).max_by(|a, b| bars[*a].total_cmp(&bars[*b]));

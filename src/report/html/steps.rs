@@ -1,4 +1,4 @@
-//! Time by time, or file by file: the largest difference of each field, and where there was none to judge.
+//! Time by time, or file by file: the largest difference of each field, and parts that could not be judged.
 
 use super::Html;
 use super::chart::{Axis, Chart, Line, Point, chart_figure};
@@ -8,11 +8,11 @@ use crate::text::number::{number, size, trimmed};
 use crate::text::text;
 use faceoff_judge::{ComparedField, Comparisons, Verdict};
 
-/// So many fields have a line, those that are nearest to their tolerance or beyond it.
+/// The most fields with a line, those with the largest differences relative to the tolerance.
 const MOST: usize = 6;
-/// Of more parts none has a mark of its own, unless it fails.
+/// With more parts, none has a separate mark, unless it fails.
 const MARKED: usize = 150;
-/// So many tolerances have a line.
+/// The most tolerances with a line.
 const TOLERANCES: usize = 3;
 
 /// A field with its largest relative difference in each part that has one.
@@ -22,7 +22,7 @@ struct Track<'a> {
     factor: f64,
 }
 
-/// The largest differences of the fields that matter, part by part.
+/// The largest differences of the important fields, part by part.
 pub(in crate::report) fn steps(all: &Comparisons) -> Html {
     let mut tracks = tracks(all);
     if all.parts.len() < 2 || tracks.is_empty() {
@@ -90,7 +90,7 @@ fn chart(all: &Comparisons, tracks: &[Track]) -> Chart {
         [low, high] if low <= high => [low, high],
         _ => [1e-16, 1e-15],
     };
-    // What is equal to the last bit has a place of its own below the rest, what is not a finite number one above.
+    // Equal values have a separate position below the rest, values that are not finite one above.
     let equal = 10f64.powf(low.log10().floor().max(-18.0) - 1.0);
     let height = |value: f64| match value {
         0.0 => equal,
@@ -100,7 +100,7 @@ fn chart(all: &Comparisons, tracks: &[Track]) -> Chart {
     let lines = tracks.iter().enumerate().map(|(j, track)| {
         let mut before = None;
         let points = track.values.iter().map(|(k, value, verdict)| {
-            // What lies on the other side of a gap is not joined.
+            // A line ends at a gap.
             let is_next = before
                 .replace(*k)
                 .is_some_and(|before: usize| before + 1 == *k);

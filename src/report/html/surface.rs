@@ -1,4 +1,4 @@
-//! A residual in space: Γ_C seen from outside, and all rows from the side.
+//! A residual in 3D: Γ_C seen from outside, and all rows from the side.
 
 use super::Html;
 use super::markup::figure;
@@ -11,7 +11,7 @@ use faceoff_mesh::mesh::Triangulation;
 const HIGHEST: f64 = 380.0;
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The two axes of a picture of faces, and whether the first points to the left, so that one looks from outside.
+/// The two axes of a picture of faces, and whether the first points to the left, so that the view is from outside.
 pub(super) struct Sight {
     pub axes: [usize; 2],
     pub is_mirrored: bool,
@@ -58,7 +58,7 @@ impl Sight {
     }
 }
 
-/// The faces of Γ_C as they are seen.
+/// The faces of Γ_C in the projection.
 pub(super) struct Surface<'a> {
     mesh: &'a Triangulation,
     sight: Sight,
@@ -110,7 +110,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Spots in space as they are seen along the second axis, those of larger colours in front.
+/// Dots in 3D in the projection along the second axis, those of larger colours in front.
 pub(super) fn from_side(
     label: &str,
     mesh: &Triangulation,
@@ -128,11 +128,11 @@ pub(super) fn from_side(
     )
 }
 
-/// The cause in space.
+/// The cause in 3D.
 pub(super) fn cause(put: &Put, about: &str) -> Html {
     let (problem, mesh) = (put.problem, put.problem.space.mesh);
     let worse = |a: f64, b: f64| if a.is_nan() || a >= b { a } else { b };
-    // A face of Γ_C by the worst row of the cell behind it, which are the rows that its data change.
+    // A face of Γ_C by the worst row of the adjacent cell, since its data change these rows.
     let behind = |cell: usize| {
         let rows = problem.space.cell_dofs(cell).iter();
         rows.fold(0.0, |most: f64, row| worse(put.errors[*row as usize], most))

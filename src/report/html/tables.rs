@@ -4,7 +4,7 @@ use super::markup::{Html, html};
 use crate::report::model::{Cell, Table, word as word_of};
 use faceoff_judge::Verdict;
 
-/// A table of a report: its columns sort by the numbers behind them.
+/// A table of a report: its columns are sorted by the underlying numbers.
 pub(super) fn table(table: &Table) -> Html {
     let classes: Vec<Option<&str>> = (0..table.head.len())
         .map(|k| table.head[k].class.or(table.is_numeric(k).then_some("n")))

@@ -1,4 +1,4 @@
-//! The page of `verify`: where all agree one screen, else the cause, what it does, and all that it rests on.
+//! The page of `verify`: one screen if all agree, else the cause, its effect, and the evidence.
 
 use super::along::{Along, Named};
 use super::codes::{Codes, fields, heading, posed};
@@ -18,7 +18,7 @@ use crate::text::text;
 use crate::why::Diagnosis;
 use faceoff_mesh::error::Result;
 
-/// A run and what was found when codes ran again.
+/// A run, and the findings when codes ran again.
 #[derive(Clone, Copy)]
 pub(in crate::report) struct Run<'a> {
     pub outcome: &'a VerifyOutcome,
@@ -137,7 +137,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Every pair and field of all cases, and how they are posed.
+    /// Every pair and field of all cases, and the statement of the cases.
     pub fn rest(self) -> Html {
         html! { @for case in &self.outcome.cases { h3 { (summary(case)) } (table(&fields(case))) (posed(case)) } }
     }
@@ -173,7 +173,7 @@ fn contact(case: &CaseOutcome) -> String {
     }
 }
 
-/// Means that differ, of the pair that matters last, after one of those that are right.
+/// Means that differ, with the most important pair last, after one of the right ones.
 fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<Named>> {
     let all = pairs(case);
     let is_faulty = |p: &&pair::Pair| fault.iter().any(|name| p.has(name));
@@ -183,7 +183,7 @@ fn differences(case: &CaseOutcome, fault: &[&str]) -> Result<Vec<Named>> {
     right.into_iter().chain(wrong).map(of).collect()
 }
 
-/// What a difference looks like.
+/// The effect of a difference.
 fn effect(case: &CaseOutcome, engine: Option<&EngineOutcome>, fault: &[&str]) -> Result<Html> {
     let all = pairs(case);
     let wanted = |p: &&pair::Pair| engine.is_none_or(|e| p.has(&e.engine));

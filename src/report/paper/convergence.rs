@@ -7,7 +7,7 @@ use crate::campaigns::paper::{ExampleOutcome, PaperOutcome, SeriesLevel};
 use crate::report::html::{Axis, COLOURS, Chart, Line, Point, Slope};
 use crate::text::{Text, text};
 
-/// What is shown of each mesh, and its mark: a square, a circle and a triangle.
+/// The quantities shown for each mesh, and their marks: a square, a circle and a triangle.
 type Shown = (usize, &'static str, fn(&SeriesLevel) -> f64);
 const SHOWN: [Shown; 3] = [
     (1, "H¹", |l| l.errors_to_fine.h1),

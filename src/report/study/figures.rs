@@ -1,4 +1,4 @@
-//! Work and precision of every code and method, and what γ₀ does: error over time and over γ₀.
+//! Work and precision of every code and method, and the effect of γ₀: error over time and over γ₀.
 
 use crate::campaigns::study::{NORMS, Norm, Row, StudyOutcome, Varied, duration, front_in, value};
 use crate::engine::unique;
@@ -6,10 +6,10 @@ use crate::report::html::{Axis, COLOURS, Chart, Line, Point, charts};
 use crate::report::model::{Cell, Figure, short};
 use crate::text::{Text, text};
 
-/// Below rounding there is nothing to see.
+/// Values below rounding are not drawn.
 const LEAST: f64 = 1e-14;
 
-/// Error over time, on uniform meshes and adapted ones; none without a row for it.
+/// Error over time, on uniform meshes and adapted ones; `None` without a row for it.
 pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
     let kinds = [Varied::Mesh, Varied::Adaptive];
     let time = |row: &Row| row.seconds.median;
@@ -43,7 +43,7 @@ pub fn work<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
     figure(NORMS.map(panel), format!("work-{scene}"), caption)
 }
 
-/// Error over γ₀; none without a row for it.
+/// Error over γ₀; `None` without a row for it.
 pub fn gamma<'a>(outcome: &'a StudyOutcome, scene: &str) -> Option<Figure<'a>> {
     let panel = |norm| {
         let lines = lines(
@@ -102,7 +102,7 @@ fn shown(row: &Row, norm: Norm) -> Option<f64> {
     row.error(norm).filter(|e| *e > LEAST && e.is_finite())
 }
 
-/// A line a code, method and kind of mesh, by rising x; of γ₀ that of the finest mesh.
+/// One line per code, method and kind of mesh, by ascending x; for γ₀ that of the finest mesh.
 fn lines(
     outcome: &StudyOutcome,
     scene: &str,
@@ -152,13 +152,13 @@ fn lines(
             continue;
         }
         let [of_engine, of_method] = [place(&engines, engine), place(&methods, method)];
-        // Of one code the methods have the colours.
+        // With one code, the methods have the colours.
         let (name, colour) = match engines.len() {
             1 => ("", of_method),
             _ => (engine, of_engine),
         };
         let colour = COLOURS[colour % COLOURS.len()];
-        // What was certified, above the true error.
+        // The certified bound, above the true error.
         if varied == Varied::Adaptive && norm == Norm::Energy {
             let known = track.iter().filter(|row| !is_bound(row));
             let bounds = known.filter_map(|row| Some(point(row, row.certified?, true)));

@@ -1,5 +1,5 @@
-//! What `verify` comes to: one reading of an outcome, of which its sentence, its claim, what that rests on and what to do next are
-//! parts.
+//! The story of `verify`: one reading of an outcome, which gives its sentence, its claim, the evidence and the
+//! suggestions.
 
 use crate::campaigns::verify::{CaseOutcome, EngineOutcome, Settled, VerifyOutcome, telling};
 use crate::engine::{self, unique};
@@ -12,20 +12,20 @@ use crate::why::Diagnosis;
 use faceoff_fem::scene::Scene;
 use faceoff_judge::Verdict;
 
-/// What a run comes to.
+/// The conclusions of a run.
 #[derive(Default)]
 pub(super) struct Told {
-    /// Which code does what differently, where, and what the others make of it; empty where all agree.
+    /// The code that differs, how and where, and what the others show; empty if all agree.
     pub sentence: Text,
-    /// The same without place and digits.
+    /// The same without position and digits.
     pub claim: Text,
-    /// What that rests on.
+    /// The evidence.
     pub because: Text,
-    /// The least command that shows what is wrong, where to look, and what proves the mend.
+    /// The smallest command that shows the fault, its position, and the command that checks the repair.
     pub next: Vec<Todo>,
 }
 
-/// Of a run, and of engines that were asked for and left out.
+/// From a run, and the requested engines that were left out.
 pub(super) fn told(outcome: &VerifyOutcome, diagnoses: &[Diagnosis], missing: &[Failure]) -> Told {
     let mut told = match outcome.culprit() {
         Some((case, engine)) => of_culprit(outcome, case, engine),
@@ -236,7 +236,7 @@ fn without_culprit(outcome: &VerifyOutcome, diagnoses: &[Diagnosis]) -> Told {
     }
 }
 
-/// The first case whose answers differ, and no one knows why.
+/// The first case whose answers differ without a known cause.
 fn undecided(outcome: &VerifyOutcome) -> Option<&CaseOutcome> {
     let is_told = outcome.verdict.passes() || outcome.verdict == Verdict::Several;
     let case = outcome.differing().filter(|_| !is_told)?;
@@ -268,7 +268,7 @@ fn others(outcome: &VerifyOutcome) -> Option<Text> {
     Some(text!("{} {is} {all} to rounding{within}.", listed(&right)))
 }
 
-/// Why answers that solve their scheme differ, if that is all that is to be said: of the case where they do most.
+/// Why answers that solve their scheme differ, if nothing else is wrong: for the case with the largest difference.
 fn settled(outcome: &VerifyOutcome) -> Option<Text> {
     if !matches!(outcome.verdict, Verdict::Conditioned | Verdict::Several) {
         return None;
@@ -319,13 +319,13 @@ fn settled(outcome: &VerifyOutcome) -> Option<Text> {
     ))
 }
 
-/// A case with several solutions, and a γ₀ with which it has one.
+/// A case with several solutions, and a γ₀ for which there is only one.
 fn unique_from(outcome: &VerifyOutcome) -> Option<(&CaseOutcome, f64)> {
     let several = |case: &&CaseOutcome| case.verdict == Verdict::Several;
     let mut cases = outcome.cases.iter().filter(several);
     cases.find_map(|case| {
         let mut of = case.settled.iter().filter_map(|s| s.several.as_ref());
-        // Beyond the last digit that is written.
+        // Beyond the last digit that is printed.
         Some((case, 1.05 * of.find_map(|several| several.unique_above)?))
     })
 }
@@ -340,12 +340,12 @@ fn alone(case: &CaseOutcome, engines: &str) -> String {
     )
 }
 
-/// What was typed; a word that is no Unicode as far as it is.
+/// The command line; a word that is not valid Unicode is shown as far as possible.
 fn words_typed() -> impl Iterator<Item = String> {
     std::env::args_os().map(|word| word.to_string_lossy().into_owned())
 }
 
-/// An engine as it was named on the command line, where a file describes it.
+/// An engine by its name on the command line, if a file describes it.
 fn as_typed(name: &str) -> String {
     let words: Vec<String> = words_typed().collect();
     let value = words

@@ -140,7 +140,9 @@ impl Limit {
                 bound,
                 of_what
             ),
-            _ => text!("cannot be shown to converge to 0 on so few meshes: it takes at least three"),
+            _ => {
+                text!("cannot be shown to converge to 0 on so few meshes: it takes at least three")
+            }
         }
     }
 }

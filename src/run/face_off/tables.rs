@@ -322,7 +322,8 @@ impl Reader {
             let mut others = codes[..k].iter().filter_map(Code::typed);
             if let Some(twin) = others.find(|other| other.command == script.command) {
                 let what = format!("{} and {} have one command", twin.name, script.name);
-                let remedy = "comparing a code with itself shows nothing: give each a different command";
+                let remedy =
+                    "comparing a code with itself shows nothing: give each a different command";
                 return Err(self.refuse("codes", what, remedy));
             }
         }

@@ -1,16 +1,16 @@
-//! Axes with their labels, and places of values on them.
+//! Axes with their labels, and positions of values on them.
 
 use super::super::plane::ends;
 use crate::text::number::{number, power_of_ten, trimmed};
 
-/// Logarithmic unless it is said to be linear.
+/// Logarithmic by default.
 #[derive(Default)]
 pub(in crate::report) struct Axis {
     pub name: String,
     pub is_linear: bool,
-    /// What is labelled; empty: powers of ten.
+    /// The values with labels; empty: powers of ten.
     pub at: Vec<(f64, String)>,
-    /// What is labelled besides.
+    /// Additional values with labels.
     pub also: Option<(f64, &'static str)>,
 }
 
@@ -54,7 +54,7 @@ impl Axis {
     }
 }
 
-/// From values to places.
+/// From values to positions.
 pub struct Scale {
     pub ends: [f64; 2],
     pub places: [f64; 2],
@@ -62,7 +62,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// About all values, with some room.
+    /// A range that contains all values, with a margin.
     pub fn new(axis: &Axis, values: impl Iterator<Item = f64>, places: [f64; 2]) -> Option<Self> {
         let of = |v: f64| if axis.is_linear { v } else { v.log10() };
         let [low, high] = ends(values.filter(|v| axis.shows(*v)).map(of));
@@ -97,7 +97,7 @@ impl Scale {
     }
 }
 
-/// Powers of ten in a range; where there are fewer than three, multiples of them, and in less than a decade round numbers.
+/// Powers of ten in a range; if there are fewer than three, multiples of them, and in less than a decade round numbers.
 pub fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
     if !(low > 0.0 && high < f64::INFINITY) {
         return Vec::new();

@@ -12,7 +12,7 @@ fn chart(ends: &[f64]) -> Chart {
     }
 }
 
-/// Where each label of a line stands.
+/// The position of each label of a line.
 fn labels(svg: &str) -> Vec<[f64; 2]> {
     let number = |text: &str, name: &str| -> f64 {
         let from = text.find(name).unwrap() + name.len();
@@ -38,7 +38,7 @@ fn labels_do_not_collide_and_give_way_to_a_key() {
         );
     }
     assert!(!drawn.contains("<g transform"));
-    // Of so many that end in one place no label would be at its line.
+    // If this many lines end at one position, no label would be at its line.
     let many: Vec<f64> = (0..24)
         .map(|k| 1e-3 * (1.0 + 1e-3 * f64::from(k)))
         .collect();
@@ -136,7 +136,7 @@ fn what_fails_is_missing_or_equal_is_seen() {
     let lines: Vec<&str> = drawn.split("<path class=\"ink\"").collect();
     let path = lines[1].split("/>").next().unwrap();
     assert_eq!((lines.len(), path.matches('M').count()), (2, 2), "{path}");
-    // Of a line without marks only what fails has one.
+    // On a line without marks only failures have one.
     assert_eq!(drawn.matches("<circle class=\"redf\"").count(), 1);
     assert_eq!(drawn.matches("<circle").count(), 1);
     assert!(drawn.contains("class=\"redl dash\"") && drawn.contains("&lt;not there&gt;"));
@@ -154,7 +154,7 @@ fn an_axis_without_a_logarithm_has_no_decades() {
     ] {
         assert!(decades(low, high).is_empty(), "{low} {high}");
     }
-    // A linear scale has labels only where they are given, whatever its axis says.
+    // A linear scale only has the given labels, whatever its axis says.
     let scale = Scale {
         ends: [0.0, 1.0],
         places: [0.0, 100.0],
@@ -177,7 +177,7 @@ fn a_strip_has_points_of_any_sign() {
         svg.contains("d=\"M50.0 ") && svg.contains("L150.0 "),
         "{svg}"
     );
-    // Labels of an axis as low as this stand apart.
+    // Labels of an axis as low as this do not overlap.
     let heights: Vec<f64> = svg
         .split("class=\"t e\"")
         .skip(1)
