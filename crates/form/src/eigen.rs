@@ -6,11 +6,11 @@ use crate::swap;
 
 /// Draws of random values that show whether a form is symmetric.
 const DRAWS: u64 = 8;
-/// Differences below this part of the larger are rounding.
+/// Differences below this fraction of the larger are rounding.
 const ROUNDING: f64 = 1e-9;
 
 impl Problem {
-    /// What an eigenvalue and its mode solve: the form a(u, v) - λ m(u, v), linear in u. The factor λ is not in the texts of its terms.
+    /// The equation of an eigenvalue and its mode: the form a(u, v) - λ m(u, v), linear in u. The factor λ is not in the texts of its terms.
     pub fn pencil(&self, value: f64) -> Problem {
         let mut problem = self.clone();
         let Some(eigen) = problem.eigen.take() else {
@@ -36,7 +36,7 @@ impl Problem {
     }
 }
 
-/// The first integral of an eigenproblem over whose measure a, or m, changes where u and v are exchanged.
+/// The first integral of an eigenproblem over whose measure a, or m, changes if u and v are interchanged.
 pub(crate) fn is_not_symmetric(problem: &mut Problem) -> Option<Integral> {
     let sums = problem.residual();
     let differs = |problem: &mut Problem, sum: &Integral| {

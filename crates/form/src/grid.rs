@@ -1,7 +1,7 @@
 //! The mesh of a form: cells of one shape, with their facets.
 //!
-//! Triangles and tetrahedra are simplices, quadrangles and hexahedra are cubes. A place in a reference cell is an array `at` of four numbers:
-//! x, y and z are `at[1]`, `at[2]` and `at[3]`, and `at[0]` is 1 - x - y - z. So of a simplex the numbers are barycentric coordinates.
+//! Triangles and tetrahedra are simplices, quadrangles and hexahedra are cubes. A position in a reference cell is an array `at` of four numbers:
+//! x, y and z are `at[1]`, `at[2]` and `at[3]`, and `at[0]` is 1 - x - y - z. So for a simplex the numbers are barycentric coordinates.
 
 use faceoff_fem::quadrature::{self, Rule};
 use faceoff_mesh::cancel;
@@ -15,19 +15,19 @@ use faceoff_mesh::mesh::{
 pub enum Cells {
     /// Triangles or tetrahedra.
     Simplices,
-    /// Quadrangles or hexahedra. Corner i has the coordinates 0 and 1 that are the binary digits of i, the lowest first; facet 2k + s is where
+    /// Quadrangles or hexahedra. The coordinates 0 and 1 of corner i are the binary digits of i, the lowest first; facet 2k + s is where
     /// coordinate k is s.
     Cubes,
 }
 
-/// Cells whose map has no Jacobian above this part of its largest one are flat or folded.
+/// Cells on which the Jacobian is at most this fraction of its largest value are flat or folded.
 const FLAT: f64 = 1e-12;
 
-/// The corners of a quadrangle or hexahedron of a file, whose corners come in turn, in the order of [`Cells::Cubes`].
+/// The corners of a quadrangle or hexahedron in a file, listed cyclically, in the order of [`Cells::Cubes`].
 const IN_TURN: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 
 impl Cells {
-    /// What a cell is called in messages.
+    /// The name of a cell in messages.
     pub fn name(self, dim: usize) -> &'static str {
         match (self, dim) {
             (Cells::Simplices, 2) => "triangle",
@@ -37,7 +37,7 @@ impl Cells {
         }
     }
 
-    /// Several of them.
+    /// The plural.
     pub fn names(self, dim: usize) -> &'static str {
         match (self, dim) {
             (Cells::Simplices, 2) => "triangles",
@@ -47,7 +47,7 @@ impl Cells {
         }
     }
 
-    /// The shape that files know.
+    /// The corresponding shape of mesh files.
     pub fn shape(self, dim: usize) -> MeshShape {
         match (self, dim) {
             (Cells::Simplices, 2) => MeshShape::Triangle,
@@ -99,7 +99,7 @@ impl Cells {
         }
     }
 
-    /// The place of a corner in the reference cell.
+    /// The position of a corner in the reference cell.
     pub fn corner(self, corner: usize) -> [f64; 4] {
         let mut at = [0.0; 4];
         match self {
@@ -117,7 +117,7 @@ impl Cells {
         }
     }
 
-    /// The parts that the corners have in a place: the linear or multilinear functions that are 1 at one corner.
+    /// The weights of the corners at a position: the linear or multilinear functions that are 1 at one corner.
     pub fn parts(self, dim: usize, at: &[f64; 4]) -> [f64; 8] {
         let mut parts = [0.0; 8];
         match self {
@@ -131,7 +131,7 @@ impl Cells {
         parts
     }
 
-    /// The rule of this name on cells of so many dimensions: of quadrangles and hexahedra, the product of one on an interval.
+    /// The rule with this name on cells of a dimension: for quadrangles and hexahedra, the product of one on an interval.
     fn rule(self, dim: usize, name: &str) -> Option<Rule> {
         match self {
             Cells::Simplices => quadrature::rule(dim, name),
@@ -139,14 +139,14 @@ impl Cells {
         }
     }
 
-    /// All rules on cells of so many dimensions: those that forms have, and those that codes use unasked.
+    /// All rules on cells of a dimension: those of forms, and those that codes use by default.
     pub fn rules(self, dim: usize) -> Vec<Rule> {
         let of = if self == Cells::Cubes { 1 } else { dim };
         let names = quadrature::names(of).iter().chain(quadrature::foreign(of));
         names.filter_map(|name| self.rule(dim, name)).collect()
     }
 
-    /// The highest degree of the rules that forms have, on cells of so many dimensions.
+    /// The highest degree of the rules for forms, on cells of a dimension.
     pub fn most_degree(self, dim: usize) -> usize {
         match (self, dim) {
             (Cells::Cubes, _) | (_, 1) => 9,
@@ -154,7 +154,7 @@ impl Cells {
         }
     }
 
-    /// The rule of the fewest points that integrates polynomials of this degree exactly, in each coordinate of a quadrangle or hexahedron.
+    /// The rule with the fewest points that integrates polynomials of this degree exactly; for a quadrangle or hexahedron, of this degree in each coordinate.
     pub fn exact(self, dim: usize, degree: usize) -> Rule {
         match self {
             Cells::Simplices => quadrature::exact(dim, degree),
@@ -190,7 +190,7 @@ pub struct Grid {
     face_cells: Vec<[u32; 2]>,
 }
 
-/// The map from the reference cell to a cell of a mesh, at one place.
+/// The map from the reference cell to a cell of a mesh, at one position.
 #[derive(Debug, Clone, Copy)]
 pub struct Map {
     /// ∇ξ_j, the gradients of the reference coordinates: the rows of the inverse of the Jacobian matrix.
@@ -207,7 +207,7 @@ impl Map {
         slope.map(|x| sign * x / norm(&slope))
     }
 
-    /// How much larger a facet of a quadrangle or hexahedron is here than that of the unit cube.
+    /// The ratio of the area of a facet of a quadrangle or hexahedron here to that of the unit cube.
     pub fn face_measure(&self, facet: usize) -> f64 {
         self.measure * norm(&self.slopes[facet / 2])
     }
@@ -218,7 +218,7 @@ fn norm(x: &[f64; 3]) -> f64 {
 }
 
 impl Grid {
-    /// Builds the topology of a mesh and checks that a form can be solved on it; `name` is the mesh's in messages.
+    /// Builds the topology of a mesh and checks that a form can be solved on it; `name` is its name in messages.
     ///
     /// # Errors
     /// Cells of several shapes, or curved ones; cells that are flat or folded; a facet of three cells; a vertex inside a facet, or in no cell.
@@ -293,7 +293,7 @@ impl Grid {
         Ok(grid)
     }
 
-    /// Refuses cells on which the map of the unit cube has no inverse, and vertices of no cell.
+    /// Rejects cells on which the map of the unit cube has no inverse, and vertices of no cell.
     fn check_cells(&self, name: &str) -> Result<()> {
         let mut used = vec![false; self.points.len()];
         let steps = 3_usize.pow(self.dim as u32);
@@ -312,7 +312,7 @@ impl Grid {
                 most = most.max(det);
             }
             let size = least.abs().max(most.abs());
-            // Negated so that NaN is refused.
+            // Negated so that NaN is rejected.
             if !(least > FLAT * size || most < -FLAT * size) {
                 let what = format!(
                     "cell {cell} (vertices {:?}) is flat, folded or not convex: the map of the unit {} has no inverse there",
@@ -344,7 +344,7 @@ impl Grid {
                 let corners = (0..shape.corners(dim)).filter(|i| shape.is_on(*i, facet));
                 let mut nodes: Vec<u32> = corners.map(|i| self.cell(cell)[i]).collect();
                 if dim == 3 {
-                    // In turn.
+                    // In cyclic order.
                     nodes.swap(2, 3);
                 }
                 let number = cell * shape.facets(dim) + facet;
@@ -374,7 +374,7 @@ impl Grid {
         Ok(())
     }
 
-    /// Refuses vertices inside of facets of the boundary, where the mesh does not conform.
+    /// Rejects vertices inside of facets of the boundary, where the mesh does not conform.
     fn check_hanging(&self, name: &str) -> Result<()> {
         let outside: Vec<Vec<u32>> = (0..self.face_count())
             .filter(|face| self.is_boundary(*face))
@@ -400,12 +400,12 @@ impl Grid {
         }
     }
 
-    /// How many cells there are.
+    /// The number of cells.
     pub fn cell_count(&self) -> usize {
         self.cells.len() / self.shape.corners(self.dim)
     }
 
-    /// How many facets there are.
+    /// The number of facets.
     pub fn face_count(&self) -> usize {
         self.face_cells.len()
     }
@@ -424,29 +424,29 @@ impl Grid {
         &self.cell_faces[k * cell..k * (cell + 1)]
     }
 
-    /// Vertices of a facet: those of a simplex ascend; of a quadrangle the smallest comes first, then its neighbours, the smaller one first.
+    /// Vertices of a facet: those of a simplex ascend; for a quadrangle the smallest comes first, then its neighbours, the smaller one first.
     pub fn face(&self, face: usize) -> &[u32] {
         let k = self.faces.len() / self.face_cells.len().max(1);
         &self.faces[k * face..k * (face + 1)]
     }
 
-    /// The cells behind a facet; the second is [`NONE`] on the boundary.
+    /// The cells adjacent to a facet; the second is [`NONE`] on the boundary.
     pub fn face_cells(&self, face: usize) -> [u32; 2] {
         self.face_cells[face]
     }
 
-    /// Has this facet one cell only?
+    /// Does this facet belong to only one cell?
     pub fn is_boundary(&self, face: usize) -> bool {
         self.face_cells[face][1] == NONE
     }
 
-    /// The local number of a facet in one of its cells; 0 where it is none of its facets.
+    /// The local number of a facet in one of its cells; 0 if it is not one of its facets.
     pub fn local_face(&self, cell: usize, face: usize) -> usize {
         let mut all = self.cell_faces(cell).iter();
         all.position(|own| *own as usize == face).unwrap_or(0)
     }
 
-    /// The facet with these vertices, as a cell of a file has them.
+    /// The facet with these vertices, in the order of a cell in a file.
     pub fn find_face(&self, nodes: &[u32]) -> Option<usize> {
         let width = self.faces.len() / self.face_count().max(1);
         let key = key(nodes);
@@ -464,7 +464,7 @@ impl Grid {
         None
     }
 
-    /// Coordinates of a cell's vertices; what is not there is 0.
+    /// Coordinates of a cell's vertices; missing ones are 0.
     #[inline]
     pub fn vertices(&self, cell: usize) -> [[f64; 3]; 8] {
         let mut all = [[0.0; 3]; 8];
@@ -474,7 +474,7 @@ impl Grid {
         all
     }
 
-    /// The image of a place of the reference cell in the cell with these vertices; a vertex itself, to the last bit.
+    /// The image of a position of the reference cell in the cell with these vertices; for a vertex exactly its coordinates.
     pub fn place(&self, vertices: &[[f64; 3]; 8], at: &[f64; 4]) -> [f64; 3] {
         let mut place = [0.0; 3];
         let parts = self.shape.parts(self.dim, at).into_iter().zip(vertices);
@@ -489,7 +489,7 @@ impl Grid {
         CellGeometry::new(self.dim, &self.vertices(cell)[..4])
     }
 
-    /// The map of the reference cell to the cell with these vertices at a place.
+    /// The map of the reference cell to the cell with these vertices at a position.
     pub fn map(&self, vertices: &[[f64; 3]; 8], at: &[f64; 4]) -> Map {
         let dim = self.dim;
         if self.shape == Cells::Simplices {
@@ -550,7 +550,7 @@ impl From<Triangulation> for Grid {
     }
 }
 
-/// Vertices of a facet in the order that all its cells have: of a quadrangle, whose corners come in turn, the smallest, its neighbours, of
+/// Vertices of a facet in the order that all its cells have: for a quadrangle, whose corners are listed cyclically, the smallest, its neighbours, of
 /// which the smaller comes first, and the opposite one; all others ascend.
 fn key(nodes: &[u32]) -> [u32; 4] {
     let mut key = [u32::MAX; 4];

@@ -1,7 +1,7 @@
-//! Constants that a form does not see: the pressure of a flow whose velocity is given on the whole boundary.
+//! Constants in the kernel of a form: the pressure of a flow whose velocity is prescribed on the whole boundary.
 //!
 //! If p occurs only as c p div(v), then a constant p adds c ∫ div v = c ∫ v·n, the integral over the boundary, and this is 0 for test
-//! functions that vanish there. Codes then solve a singular system, and each returns another constant.
+//! functions that vanish there. Codes then solve a singular system, and each returns a different constant.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,16 +9,16 @@ use crate::problem::{Domain, Element, Problem};
 use crate::scalar::{Field, Id, Leaf};
 use crate::swap;
 
-/// How a constant can be added to an unknown without any change of F.
+/// Why a constant can be added to an unknown without any change of F.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Free {
-    /// F depends on its derivatives and jumps only.
+    /// F only depends on its derivatives and jumps.
     Differences,
-    /// F depends on its values times the divergence of a vector, at this position, that is given on the whole boundary.
+    /// F depends on its values times the divergence of a vector, at this position, that is prescribed on the whole boundary.
     Divergence(usize),
 }
 
-/// Is the scalar unknown k free up to a constant, and why?
+/// Is the scalar unknown k determined only up to a constant, and why?
 pub fn free_constant(problem: &mut Problem, unmarked: usize, k: usize) -> Option<Free> {
     let is_held = problem.conditions.iter().any(|c| c.unknown == k);
     if is_held || problem.unknowns[k].space.size.is_some() {
@@ -39,7 +39,7 @@ pub fn free_constant(problem: &mut Problem, unmarked: usize, k: usize) -> Option
             let is_whole =
                 integral.measure.domain == Domain::Cells && integral.measure.groups.is_empty();
             let factor = problem.scalars.number_of(*by)?;
-            // Of a Raviart–Thomas function all slopes are one.
+            // All derivatives of a Raviart–Thomas function are equal.
             let is_one = problem.unknowns[v].space.element == Element::RaviartThomas;
             if !is_whole || test.axis != Some(test.component) || test.second.is_some() {
                 return None;
@@ -83,7 +83,7 @@ pub fn free_constant(problem: &mut Problem, unmarked: usize, k: usize) -> Option
     is_free.then_some(Free::Divergence(*v))
 }
 
-/// Is the sum of some expressions 0, whatever their ends are?
+/// Is the sum of some expressions 0 for all values of their leaves?
 fn cancel(problem: &Problem, parts: &[Id]) -> bool {
     (0..4).all(|seed| {
         let of = |node| swap::random(problem, seed, node, false);

@@ -1,9 +1,9 @@
-//! Weak forms of partial differential equations, written once in the words of UFL and translated into scripts for several finite
+//! Weak forms of partial differential equations, written once in the notation of UFL and translated into scripts for several finite
 //! element codes.
 //!
 //! A form file is TOML: the spaces of the unknowns, data, a form F(u; v) that vanishes for all test functions v, and Dirichlet values.
 //! [`Problem::parse`] reads and checks it, with line and column in every message; [`Problem::residual`] and [`Problem::derivative`] are
-//! the two things that Newton's method needs, as scalar expressions; and a [`codes::Code`] writes a script that runs on its own.
+//! the two parts of Newton's method, as scalar expressions; and a [`codes::Code`] writes an independent script.
 //!
 //! ```
 //! use std::path::Path;

@@ -30,49 +30,49 @@ pub struct Problem {
     pub groups: Vec<Group>,
     /// The terms of F, in their order.
     pub integrals: Vec<Integral>,
-    /// Dirichlet values, by component; where two groups share a dof, the later one counts.
+    /// Dirichlet values, by component; if two groups share a dof, the later one counts.
     pub conditions: Vec<Condition>,
-    /// Unknowns whose mean is given, because F leaves a constant free.
+    /// Unknowns whose mean is prescribed, because F leaves a constant free.
     pub means: Vec<Mean>,
-    /// The steps in time, if F is solved more than once.
+    /// The time steps; `None` if F is solved once.
     pub time: Option<Time>,
-    /// What is asked of an eigenproblem, whose integrals are those of a(u, v) and of m(u, v); none where F(u; v) = 0 is solved.
+    /// The request of an eigenproblem, whose integrals are those of a(u, v) and of m(u, v); `None` if F(u; v) = 0 is solved.
     pub eigen: Option<Eigen>,
     /// The degree of polynomials that the quadrature rule on cells integrates exactly.
     pub degree: usize,
     /// The degree of the rule on facets.
     pub facet_degree: usize,
-    /// Parts of formulas by name, which numbers of solutions may use too.
+    /// Named parts of formulas, which numbers of solutions may use too.
     pub definitions: Vec<Definition>,
     /// F.
     pub form: Formula,
-    /// Of a scene of elasticity: its parts, for scripts that are not made from F.
+    /// For a scene of elasticity: its parts, for scripts that are not generated from F.
     pub parts: Option<Parts>,
     /// The expressions that all [`Id`]s of this problem refer to.
     pub scalars: Scalars,
 }
 
-/// Scripts find so many eigenvalues more than are asked for: the last of them may be one of several that are equal, whose modes are a space.
+/// Scripts find this many eigenvalues in addition: the last requested one may be multiple, with a space of modes.
 const MORE: usize = 4;
-/// What is asked of an eigenproblem.
+/// The request of an eigenproblem.
 #[derive(Debug, Clone)]
 pub struct Eigen {
     /// m; the problem's `form` is a.
     pub mass: Formula,
-    /// So many eigenvalues are compared.
+    /// The number of eigenvalues that are compared.
     pub count: usize,
-    /// Those that are nearest to this.
+    /// The target: the nearest eigenvalues are requested.
     pub shift: f64,
 }
 
 impl Eigen {
-    /// How many codes find.
+    /// The number of eigenvalues that codes find.
     pub fn found(&self) -> usize {
         self.count + MORE
     }
 }
 
-/// An unknown function and the test function that goes with it.
+/// An unknown function and its test function.
 #[derive(Debug, Clone)]
 pub struct Unknown {
     /// Its name in the form.
@@ -92,7 +92,7 @@ pub struct Space {
     pub size: Option<usize>,
 }
 
-/// A finite element: for scalar functions, each component of a vector being one, or for vectors as a whole.
+/// A finite element: for scalar functions, with one for each component of a vector, or for vectors as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Element {
     /// Continuous polynomials of this degree, 1 to 3 (Lagrange); on quadrangles and hexahedra of this degree, 1 or 2, in each coordinate of the
@@ -154,13 +154,13 @@ impl Space {
         }
     }
 
-    /// The dimensions of a value: none of a scalar.
+    /// The dimensions of a value: empty for a scalar.
     pub fn shape(self) -> Vec<usize> {
         self.size.into_iter().collect()
     }
 }
 
-/// A named number in the form, whose value the file gives.
+/// A named number in the form, with its value in the file.
 #[derive(Debug, Clone)]
 pub struct Parameter {
     /// Its name in the form.
@@ -174,7 +174,7 @@ pub struct Parameter {
 pub struct Datum {
     /// Its name in the form.
     pub name: String,
-    /// The dimensions of a value: none of a scalar.
+    /// The dimensions of a value: empty for a scalar.
     pub shape: Vec<usize>,
     /// Expressions in coordinates and parameters, row by row.
     pub components: Vec<Id>,
@@ -187,17 +187,17 @@ pub struct Datum {
 /// A group of cells or facets of the mesh.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Group {
-    /// Its name, or its number where it has none.
+    /// Its name, or its number if it has none.
     pub name: String,
     /// Its number.
     pub tag: i64,
     /// The dimension of its cells.
     pub dim: usize,
-    /// Where it is: cells, the boundary, or facets between cells; `None` for anything else.
+    /// Its position: cells, the boundary, or facets between cells; `None` for anything else.
     pub on: Option<Domain>,
 }
 
-/// What an integral is taken over.
+/// The domain of an integral.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Domain {
     /// `dx`: cells.
@@ -211,24 +211,24 @@ pub enum Domain {
 /// A measure: all of a domain, or some groups of it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Measure {
-    /// What an integral is taken over.
+    /// The domain of an integral.
     pub domain: Domain,
     /// Positions in the problem's groups, ascending; empty for the whole domain.
     pub groups: Vec<usize>,
-    /// The degree of its own rule, as in `dx(degree=1)`; else that of the problem.
+    /// The degree of a separate rule, as in `dx(degree=1)`; `None` for that of the problem.
     pub degree: Option<usize>,
 }
 
 /// One term of F: an integral, linear in the test functions.
 #[derive(Debug, Clone)]
 pub struct Integral {
-    /// What an integral is taken over.
+    /// The domain of an integral.
     pub measure: Measure,
     /// The coefficient of each component of a test function or of its gradient.
     pub terms: BTreeMap<Leaf, Id>,
-    /// Where it begins in F, in characters from 0; of an eigenproblem in a, or in m.
+    /// Its start in F, in characters from 0; for an eigenproblem in a, or in m.
     pub at: usize,
-    /// Of an eigenproblem: is it a part of m rather than of a?
+    /// For an eigenproblem: is it a part of m rather than of a?
     pub is_mass: bool,
 }
 
@@ -245,12 +245,12 @@ pub struct Condition {
     pub value: Id,
 }
 
-/// Dirichlet values on a group that scripts set together: of one component, or of a function of vectors as a whole.
+/// Dirichlet values on a group that scripts set together: for one component, or for a function of vectors as a whole.
 #[derive(Debug, Clone)]
 pub struct Held {
     /// The position of the unknown.
     pub unknown: usize,
-    /// The position of its component; none where its element is one of vectors.
+    /// The position of its component; `None` if its element is one of vectors.
     pub component: Option<usize>,
     /// The position of the group.
     pub group: usize,
@@ -258,7 +258,7 @@ pub struct Held {
     pub values: Vec<Id>,
 }
 
-/// The mean of a scalar unknown over the domain, held by a Lagrange multiplier.
+/// The mean of a scalar unknown over the domain, prescribed with a Lagrange multiplier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
     /// The position of the unknown.
@@ -267,18 +267,18 @@ pub struct Mean {
     pub value: f64,
 }
 
-/// Equal steps in time: F is solved in each, where `old(u)` is the solution of the step before.
+/// Equal time steps: F is solved in each, where `old(u)` is the solution of the previous step.
 #[derive(Debug, Clone)]
 pub struct Time {
     /// The number of steps; the first one starts at 0.
     pub steps: usize,
     /// The position of the parameter `t`, the time at the end of a step; its value is that at the end of the last one.
     pub parameter: usize,
-    /// The unknowns at 0, interpolated; a component that is not there is 0.
+    /// The unknowns at 0, interpolated; a missing component is 0.
     pub initial: Vec<Initial>,
 }
 
-/// A component of an unknown at the start.
+/// The initial value of a component of an unknown.
 #[derive(Debug, Clone)]
 pub struct Initial {
     /// The position of the unknown.
@@ -293,7 +293,7 @@ pub struct Initial {
 pub type Bilinear = BTreeMap<(Leaf, Leaf), Id>;
 
 impl Problem {
-    /// The rule on cells, and that on facets. One of a single point is taken only where a measure asks for it: FFCx 0.5 compiles forms with it wrongly.
+    /// The rule on cells, and that on facets. A rule with a single point is used only if a measure requests it: FFCx 0.5 compiles forms with it wrongly.
     pub fn rules(&self) -> [Rule; 2] {
         let rule = |dim, degree: usize| self.cells.exact(dim, degree.max(2));
         [
@@ -302,12 +302,12 @@ impl Problem {
         ]
     }
 
-    /// The length of a step in time, which is a parameter.
+    /// The length of a time step, which is a parameter.
     pub fn step(&self) -> Option<&Parameter> {
         self.parameters.get(self.time.as_ref()?.parameter + 1)
     }
 
-    /// The groups that a measure names in codes that integrate over all marked facets unless groups are named: where facets between cells
+    /// The groups of a measure, for codes that integrate over all marked facets unless groups are named: if facets between cells
     /// are marked too, those of the boundary.
     pub fn named(&self, measure: &Measure) -> Vec<usize> {
         let is_facets = |k: &usize| self.groups[*k].dim + 1 == self.dim;
@@ -321,7 +321,7 @@ impl Problem {
         }
     }
 
-    /// The rule of a measure, where those on cells and on facets are given.
+    /// The rule of a measure, given those on cells and on facets.
     pub fn rule_of(&self, measure: &Measure, [cells, facets]: [Rule; 2]) -> Rule {
         let dim = match measure.domain {
             Domain::Cells => self.dim,
@@ -334,7 +334,7 @@ impl Problem {
         }
     }
 
-    /// The rules on cells and on facets, and then those that measures have of their own.
+    /// The rules on cells and on facets, and then the separate rules of measures.
     pub fn all_rules(&self) -> Vec<Rule> {
         let mut all = Vec::from(self.rules());
         for integral in self.integrals.iter().filter(|i| i.measure.degree.is_some()) {
@@ -346,7 +346,7 @@ impl Problem {
         all
     }
 
-    /// The integrals by their measure, so that a script has one of each.
+    /// The integrals grouped by measure, so that a script has one of each.
     pub fn residual(&mut self) -> Vec<Integral> {
         let mut all: Vec<Integral> = Vec::new();
         for integral in self.integrals.clone() {
@@ -392,14 +392,14 @@ impl Problem {
         all
     }
 
-    /// Is an integral linear in the unknowns, with no term that is free of them?
+    /// Is an integral linear in the unknowns, without terms that do not contain them?
     pub fn is_bilinear(&mut self, integral: &Integral) -> bool {
         let is_unknown = |leaf: &Leaf| matches!(leaf.field, Field::Unknown(_));
         let mut coefficients = integral.terms.values();
         coefficients.all(|c| self.scalars.linear(*c, &is_unknown).is_ok())
     }
 
-    /// Does F depend on the unknowns affinely, so that its derivative is free of them?
+    /// Does F depend on the unknowns affinely, so that its derivative does not contain them?
     pub fn is_linear(&mut self) -> bool {
         let integrals = self.integrals.clone();
         integrals.iter().all(|integral| {
@@ -418,7 +418,7 @@ impl Problem {
             .collect()
     }
 
-    /// The scalar functions that make up the unknowns, as [`Self::components`] has them, but a function in a space of vectors as a whole, without
+    /// The scalar functions of the unknowns, as in [`Self::components`], but with a function in a space of vectors as a whole, without
     /// a component.
     pub fn blocks(&self) -> Vec<(usize, Option<usize>)> {
         let each = self.unknowns.iter().enumerate();
@@ -466,12 +466,12 @@ impl Problem {
         before.map(|other| other.space.count()).sum::<usize>() + component
     }
 
-    /// Is a length of cells or facets part of F?
+    /// Does F contain a length of cells or facets?
     pub fn has_length(&self, length: Length) -> bool {
         self.has(|node| matches!(node, Node::Length(own, _) if own == length))
     }
 
-    /// Are second derivatives part of F?
+    /// Does F contain second derivatives?
     pub fn has_second(&self) -> bool {
         let tests = self.integrals.iter().flat_map(|i| i.terms.keys());
         tests.clone().any(|leaf| leaf.second.is_some())
@@ -488,7 +488,7 @@ impl Problem {
         nodes.into_iter().any(|id| is(self.scalars.node(id)))
     }
 
-    /// The element of the nodes of its results, which holds all unknowns exactly.
+    /// The element for the nodes of its results, which represents all unknowns exactly.
     pub fn output(&self) -> Element {
         let elements = || self.unknowns.iter().map(|u| u.space.element);
         let degree = elements().map(Element::degree).max().unwrap_or(1).max(1) as u8;

@@ -1,7 +1,7 @@
-//! Forms on facets between cells whose value depends on which of the two cells comes first.
+//! Detects forms on facets between cells whose value depends on which of the two cells comes first.
 //!
-//! No code promises an order of the two cells of a facet, and each has its own. So the integrand must stay the same when the sides are
-//! swapped; here it is evaluated for random values on both sides, in both orders.
+//! No code guarantees an order of the two cells of a facet, and the orders differ. So the integrand must be invariant under
+//! interchanging the sides; here it is evaluated for random values on both sides, in both orders.
 
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
@@ -12,10 +12,10 @@ use crate::scalar::{Field, Id, Leaf, Node, Side};
 /// Differences below this fraction of the largest term are rounding.
 const ROUNDING: f64 = 1e-8;
 
-/// Draws of random values; where a root or logarithm of a negative number comes up, the next one counts.
+/// Draws of random values; if a root or logarithm of a negative number occurs, the next draw counts.
 const DRAWS: u64 = 8;
 
-/// The position, in characters of F, of the first integral over dS that changes when the two sides are swapped.
+/// The position, in characters of F, of the first integral over dS that changes if the two sides are interchanged.
 pub fn changes(problem: &mut Problem) -> Option<usize> {
     let sums = problem.residual();
     let of_sides = sums.iter().filter(|i| i.measure.domain == Domain::Interior);
@@ -45,7 +45,7 @@ fn differs<'a>(problem: &Problem, terms: impl Iterator<Item = (&'a Leaf, &'a Id)
     })
 }
 
-/// The value of an end: the sides have the values of one random function on a facet with a random normal, or those of the other side.
+/// The value of a leaf: the sides have the values of one random function on a facet with a random normal, or those of the other side.
 pub(crate) fn random(problem: &Problem, seed: u64, node: Node, is_swapped: bool) -> f64 {
     let turned = |side| match (side, is_swapped) {
         (Side::Plus, true) => Side::Minus,

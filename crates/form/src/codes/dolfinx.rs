@@ -1,4 +1,4 @@
-//! dolfinx: the form in UFL as it was written, with UFL's own derivative; releases from 0.5 on.
+//! dolfinx: the form in UFL as the user wrote it, with UFL's derivative; releases from 0.5 on.
 
 use faceoff_fem::scene::expression::Function;
 use faceoff_fem::scene::expression::syntax::Term;
@@ -12,7 +12,7 @@ use crate::grid::Cells;
 use crate::problem::{Domain, Element, Problem, Space};
 use crate::scalar::{Field, Id, Length, Node};
 
-/// dolfinx in the system's Python, where packages of Linux distributions put it. The form is the user's text.
+/// dolfinx in the system's Python, where packages of Linux distributions install it. The form is the user's text.
 pub const CODE: Code = Code {
     name: "dolfinx",
     suffix: "_dolfinx.py",
@@ -37,7 +37,7 @@ pub const CODE: Code = Code {
     ..USUAL
 };
 
-/// The same with contact in elasticity as `fenicsx/elastic.py` has it.
+/// The same with contact in elasticity as in `fenicsx/elastic.py`.
 pub const ELASTIC: Code = Code {
     name: "fenicsx",
     suffix: "_fenicsx.py",
@@ -46,7 +46,7 @@ pub const ELASTIC: Code = Code {
     ..CODE
 };
 
-/// Names that the frame imports or makes.
+/// Names that the frame imports or defines.
 const RESERVED: &str = "mode value found free slepc4py SLEPc transformation eigenvalues modes mass M logging CellDiameter FacetNormal Measure SpatialCoordinate TestFunction TestFunctions derivative lines mpi4py parts petsc4py MPI PETSc basix dolfinx fem io petsc ufl mesh marked here V W F J dx ds dS md md2 md3 md4 md5 md6 md7 md8 fixed hold element space spaces bcs solver \
     grad div curl dot inner outer cross sym skew dev tr det inv cofac transpose Identity jump avg conditional lt le gt ge max_value min_value \
     sin cos tan asin acos atan atan2 sinh cosh tanh exp ln sqrt sign as_tensor split graph old facet_tags cell_tags function at nodes cell rank w goal held before number rows scipy splu start volume wanted hold_whole normal tangential";
@@ -67,7 +67,7 @@ fn element(_: &Problem, space: Space) -> Result<String, String> {
     })
 }
 
-/// The form and the data in UFL, and which of its words they use.
+/// The form and the data in UFL, and which of its functions they use.
 fn more(of: &mut Speaker<'_>) -> Value {
     let Speaker { problem, words, .. } = &*of;
     let held = problem.held();
@@ -102,7 +102,7 @@ fn more(of: &mut Speaker<'_>) -> Value {
         }
         let parts = datum.texts.iter().zip(&datum.components);
         let parts = parts.map(|(text, id)| match of.constant(*id) {
-            // UFL differentiates numbers only if they know the mesh.
+            // UFL differentiates numbers only if they have a mesh.
             Some(value) => format!("fem.Constant(mesh, PETSc.ScalarType({value}))"),
             None => in_ufl(text),
         });

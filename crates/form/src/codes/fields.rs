@@ -1,4 +1,4 @@
-//! The fields that templates are filled with: a problem in the words of a code.
+//! The fields of templates: a problem in the notation of a code.
 
 use faceoff_mesh::mesh::CellKind;
 use minijinja::{Value, context};
@@ -16,7 +16,7 @@ use crate::scalar::{Field, Id, Length};
 /// The fields of a problem; `mesh` is the file that the script reads.
 ///
 /// # Errors
-/// What the code lacks.
+/// Features that the code lacks.
 pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Value, String> {
     let rules = rules(of)?;
     let functions = all(of.problem.blocks(), |(k, c)| function(of, k, c))?;
@@ -39,7 +39,7 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
         .map(str::trim)
         .filter(|line| !line.is_empty());
     let groups = problem.groups.iter().map(|group| {
-        // How many dimensions it has less than the mesh.
+        // Its codimension in the mesh.
         let less = problem.dim - group.dim;
         context! { name => comment(&group.name), tag => group.tag, less }
     });
@@ -49,16 +49,16 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
         mesh,
         // Does it write its linear system too?
         has_system,
-        // Is that at a state, since the form is not linear?
+        // Is that at a state, since the form is nonlinear?
         has_state => has_system && !problem.clone().is_linear(),
-        // None where the form itself is written.
+        // `None` if the form itself is written.
         scheme => scheme(of)?,
         dim => problem.dim,
         cell => cell(problem),
         // Names of the coordinates.
         axes => ["x", "y", "z"][..problem.dim].to_vec(),
         about => comment(&problem.about),
-        // The form as it was written, and the strong form where it is short.
+        // The form as it was written, and the strong form if it is short.
         definitions => problem.definitions.iter().map(|d| comment(&d.line())).collect::<Value>(),
         form => lines.map(comment).collect::<Value>(),
         strong_form => strong_form(problem).iter().map(|line| comment(line)).collect::<Value>(),
@@ -69,7 +69,7 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
         // The components of data that are interpolated.
         interpolated,
         unknowns,
-        // The scalar functions that make up the unknowns, and functions in spaces of vectors.
+        // The scalar functions of the unknowns, and functions in spaces of vectors.
         functions,
         // The components of all unknowns.
         components => problem.components().into_iter().map(|(k, c)| names(of, k, Some(c))).collect::<Value>(),
@@ -80,15 +80,15 @@ pub fn fields(of: &mut Speaker<'_>, mesh: &str, has_system: bool) -> Result<Valu
         holds_wholes => held.iter().any(is_whole),
         held => held.iter().map(|held| condition(of, held)).collect::<Result<Value, String>>()?,
         means => means(of),
-        // None where nothing depends on time.
+        // `None` if nothing depends on time.
         time => time(of),
-        // None where F(u; v) = 0 is solved.
+        // `None` if F(u; v) = 0 is solved.
         eigen => eigen(problem),
         has_diameter => problem.has_length(Length::Diameter),
         has_circumradius => problem.has_length(Length::Circumradius),
         has_facet_length => problem.has_length(Length::Facet),
         output => output(problem)?,
-        // What no other code needs.
+        // For one code only.
         more,
         ..integrals
     })
@@ -101,7 +101,7 @@ fn all<T>(
     parts.into_iter().map(each).collect()
 }
 
-/// The names of a component of an unknown or of the whole, and of what goes with it.
+/// The names of a component of an unknown or of the whole, and of related functions.
 fn names(of: &Speaker<'_>, unknown: usize, component: Option<usize>) -> Value {
     let name = |field| match component {
         Some(c) => of.words.parts(field)[c].as_str(),
@@ -111,7 +111,7 @@ fn names(of: &Speaker<'_>, unknown: usize, component: Option<usize>) -> Value {
         name => name(Field::Unknown(unknown)),
         test => name(Field::Test(unknown)),
         increment => name(Field::Increment(unknown)),
-        // At the end of the step before.
+        // At the end of the previous step.
         old => of.problem.time.as_ref().map(|_| name(Field::Old(unknown))),
     }
 }
@@ -136,7 +136,7 @@ fn rules(of: &Speaker<'_>) -> Result<Value, String> {
     Ok(each.collect())
 }
 
-/// What a rule is called in scripts.
+/// The name of a rule in scripts.
 fn word(k: usize) -> String {
     match k {
         0 => "rule".into(),
@@ -160,7 +160,7 @@ fn datum(of: &Speaker<'_>, k: usize) -> Result<Value, String> {
         texts => datum.texts.iter().map(|text| comment(text)).collect::<Value>(),
         space => datum.space.map(Space::name),
         shape => datum.shape.clone(),
-        // The space it is interpolated in; none where it is evaluated at the quadrature points.
+        // The space of its interpolation; `None` if it is evaluated at the quadrature points.
         element => element.transpose()?,
         degree => datum.space.map(|space| space.element.degree()),
         parts => parts.collect::<Value>(),
@@ -179,7 +179,7 @@ fn unknown(of: &Speaker<'_>, k: usize) -> Result<Value, String> {
         test_title => unknown.test.as_str(),
         space => space.name(),
         family => space.element.name(),
-        // That of its first component among all.
+        // The position of its first component among all.
         position => of.problem.position(k, 0),
         element => (of.code.element)(&of.problem, space)?,
         is_continuous => space.element.is_continuous(),
@@ -226,7 +226,7 @@ pub fn over(of: &Speaker<'_>, integral: &Integral) -> Value {
         (None, _) => 1,
     };
     context! {
-        // The position of its rule among all, and what that is called.
+        // The position of its rule among all, and the name of the rule.
         rule,
         rule_word => word(rule),
         kind => match integral.measure.domain {
@@ -237,19 +237,19 @@ pub fn over(of: &Speaker<'_>, integral: &Integral) -> Value {
         title => comment(&measure(problem, &integral.measure)),
         is_mass => integral.is_mass,
         tags => tags(&integral.measure.groups),
-        // Those of the whole boundary too, where a code integrates over all facets otherwise.
+        // Including those of the whole boundary, if a code otherwise integrates over all facets.
         named => tags(&problem.named(&integral.measure)),
         places => places.collect::<Value>(),
     }
 }
 
-/// Names for what occurs more than once.
+/// Names for subexpressions that occur more than once.
 pub fn named(shared: Vec<(String, String)>) -> Value {
     let each = shared.into_iter();
     each.map(|(name, value)| context! { name, value }).collect()
 }
 
-/// The residual, and its derivative where the code does not have its own.
+/// The residual, and its derivative if the code does not compute it.
 fn integrals(of: &mut Speaker<'_>) -> Value {
     let sharing = of.code.sharing;
     if sharing == Sharing::Own {
@@ -324,20 +324,20 @@ fn condition(of: &Speaker<'_>, held: &Held) -> Result<Value, String> {
             Some(c) => component_of(title, space.size, c),
             None => title.clone(),
         },
-        // None where it is a function of vectors as a whole, and which of its traces is held then.
+        // `None` if it is a function of vectors as a whole; then the trace that is prescribed.
         component => held.component,
         is_whole => held.component.is_none(),
         trace => match space.element {
             Element::RaviartThomas => "normal",
             _ => "tangential",
         },
-        // That of the component among all.
+        // The position of the component among all.
         position => of.problem.position(held.unknown, held.component.unwrap_or(0)),
         element => (of.code.element)(&of.problem, space)?,
         degree => space.element.degree(),
         group => comment(&group.name),
         tag => group.tag,
-        // That of the group among all, from 1.
+        // The position of the group among all, from 1.
         place => held.group + 1,
         is_between => group.on == Some(Domain::Interior),
         values => values.collect::<Value>(),
@@ -367,7 +367,7 @@ fn time(of: &Speaker<'_>) -> Option<Value> {
             title => component_of(name, space.size, component),
             unknown,
             component,
-            // Those of the component and of its function among all.
+            // The positions of the component and of its function among all.
             position => of.problem.position(unknown, component),
             function => of.problem.block(unknown, component),
             family => element.name(),
@@ -383,7 +383,7 @@ fn time(of: &Speaker<'_>) -> Option<Value> {
     Some(context! { t, dt, end, step, steps => time.steps, initial })
 }
 
-/// What a scheme by hand gets beside parameters: where it is to hold, and the names of its data.
+/// The data of a handwritten scheme in addition to parameters: the groups, and the names of its data.
 fn scheme(of: &Speaker<'_>) -> Result<Option<Value>, String> {
     let Some(text) = of.code.by_hand_scheme else {
         return Ok(None);
@@ -420,7 +420,7 @@ fn scheme(of: &Speaker<'_>) -> Result<Option<Value>, String> {
     }))
 }
 
-/// What an eigenproblem asks: how many eigenvalues scripts find, near which number, and m as it was written.
+/// The request of an eigenproblem: the number of eigenvalues in scripts, the target, and m as it was written.
 fn eigen(problem: &Problem) -> Option<Value> {
     let eigen = problem.eigen.as_ref()?;
     let lines = eigen.mass.source.lines().map(str::trim);
@@ -432,7 +432,7 @@ fn eigen(problem: &Problem) -> Option<Value> {
 /// The cells of the mesh.
 fn cell(problem: &Problem) -> Value {
     let (cells, dim) = (problem.cells, problem.dim);
-    // The corners in the order of files, in turn, for one that runs along x, then y, then z.
+    // The corners in file order, listed for a loop along x, then y, then z.
     let order: &[usize] = match (cells, dim) {
         (Cells::Simplices, _) => &[],
         (_, 2) => &[0, 1, 3, 2],
@@ -459,7 +459,7 @@ fn cell(problem: &Problem) -> Value {
     }
 }
 
-/// The cells of the result: VTK's number, and the places of the nodes in the reference cell.
+/// The cells of the result: VTK's number, and the positions of the nodes in the reference cell.
 fn output(problem: &Problem) -> Result<Value, String> {
     let element = problem.output();
     let (nodes, kind) = points::nodes(element, problem.cells, problem.dim)?;

@@ -1,4 +1,4 @@
-//! Templates: how they are read, and what they can call.
+//! Templates: reading them, and the functions that they can call.
 
 use std::sync::LazyLock;
 
@@ -9,7 +9,7 @@ use super::spelling::traces;
 use super::{BY_HAND, CODES};
 use crate::problem::Element;
 
-/// What templates have in common.
+/// The environment that templates share.
 const PARTS: [(&str, &str); 8] = [
     ("head.txt", include_str!("frames/head.txt")),
     ("head.py", include_str!("frames/head.py")),
@@ -21,7 +21,7 @@ const PARTS: [(&str, &str); 8] = [
     ("write_vtu.py", include_str!("frames/write_vtu.py")),
 ];
 
-/// The template of a code, filled with the fields of a problem.
+/// Fills the template of a code with the fields of a problem.
 ///
 /// # Errors
 /// A fault of the template.
@@ -63,7 +63,7 @@ fn frames() -> Result<Environment<'static>, Error> {
     Ok(all)
 }
 
-/// Lines of a block, to the right by this many blanks; by default four.
+/// Indents the lines of a block by a number of blanks, by default four.
 fn within(text: &str, by: Option<usize>) -> String {
     let by = " ".repeat(by.unwrap_or(4));
     let lines = text.lines().map(|line| match line.is_empty() {
@@ -73,7 +73,7 @@ fn within(text: &str, by: Option<usize>) -> String {
     lines.collect()
 }
 
-/// A text for each component, with its number, counted from `first`, for `%`.
+/// A text for each component, with `%` replaced by its number, counted from `first`.
 fn each(text: &str, count: usize, first: usize) -> Vec<String> {
     let numbers = first..first + count;
     numbers.map(|k| text.replace('%', &k.to_string())).collect()

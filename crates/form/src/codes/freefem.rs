@@ -30,7 +30,7 @@ pub const CODE: Code = Code {
         (Length::Diameter, _) => "hK",
         _ => length.name(),
     },
-    // The jump is the value of the other cell less that of this one.
+    // The jump is the value in the other cell minus that in this one.
     on_side: |value, side| match side {
         Side::Minus => format!("({value} + jump({value}))"),
         _ => value,
@@ -58,7 +58,7 @@ pub const CODE: Code = Code {
     ..USUAL
 };
 
-/// The same with contact in elasticity as `freefem/elastic.idp` has it.
+/// The same with contact in elasticity as in `freefem/elastic.idp`.
 pub const ELASTIC: Code = Code {
     by_hand_scheme: Some(include_str!("../../../../freefem/elastic.idp")),
     reserved: &[RESERVED, OF_SCHEME],
@@ -69,14 +69,14 @@ pub const ELASTIC: Code = Code {
     ..CODE
 };
 
-/// Names that the scheme has.
+/// Names in the scheme.
 const OF_SCHEME: &str = "mu lambda divergence strain stress11 stress22 stress12 traction1 traction2 un sigman Pn law dLaw contactTest ut sigmat Pt slip dSlip slipTest \
     shear dShear overJumps loads tractionsOn energy elasticResidual elasticDerivative e1 e2 s f1 f2 t1 t2 psi GammaC GammaN onCells onFaces planeStress hasJumps hasLoad hasTractions hasFriction hasCoulomb coefficient radius dRadius";
 
 const STYLE: Style = Style {
     call: |function, arguments| format!("{}({})", function.names()[1], arguments.join(", ")),
     power: |base, n| n.after(base, "^"),
-    // `?:` does not mix with varf.
+    // `?:` cannot be combined with varf.
     choice: |sign, [a, b, c, d]| {
         let or = match sign {
             "<" => ">=",
@@ -88,7 +88,7 @@ const STYLE: Style = Style {
     },
 };
 
-/// Words of FreeFEM, and those of the frame.
+/// Reserved words of FreeFEM, and names of the frame.
 const RESERVED: &str = "EigenValue mode rawvector sigma sym tol maxit ncv eigenvalues modes mass shifted converged M folder writeSystem S columns entries rows toA tob put of0i of1i of2i of3i of4i of5i x y z N P label region nuTriangle nuEdge hTriangle lenEdge area volume pi i Th Vh Out F J Th0 X Y Z A r d it e k \
     mesh mesh3 real int func macro varf string result order file values fixed held dx dy dz dxx dyy jump mean average on int1d int2d int3d \
     P0 P1 P2 P3 P1nc P1dc P2dc P1b sin C D from to own drawnBack cos tan exp log sqrt abs min max pow atan2 asin acos atan sinh cosh tanh cout cin endl square \
@@ -169,7 +169,7 @@ fn lacks(problem: &Problem) -> Result<(), String> {
     }
 }
 
-/// Names for what selects the facets of groups between cells.
+/// Names for the selection of facets of groups between cells.
 fn more(of: &mut Speaker<'_>) -> Value {
     let residual = of.problem.residual();
     let marks = residual.iter().map(|i| {

@@ -1,4 +1,4 @@
-//! GetFEM: the form in its weak form language, in scalars, with GetFEM's own derivative.
+//! GetFEM: the form in its weak form language, in scalars, with GetFEM's derivative.
 
 use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
 use super::spelling::Style;
@@ -7,7 +7,7 @@ use crate::grid::Cells;
 use crate::problem::{Element, Problem, Space};
 use crate::scalar::{Field, Leaf, Side};
 
-/// GetFEM 5 in the system's Python, where packages of Linux distributions put it.
+/// GetFEM 5 in the system's Python, where packages of Linux distributions install it.
 pub const CODE: Code = Code {
     name: "getfem",
     suffix: "_getfem.py",
@@ -46,7 +46,7 @@ pub const CODE: Code = Code {
     ..USUAL
 };
 
-/// The weak form language has no choice; `Heaviside` is 1 from 0 on.
+/// The weak form language has no conditional; `Heaviside` is 1 from 0 on.
 const STYLE: Style = Style {
     call: |function, arguments| format!("{}({})", function.names()[0], arguments.join(", ")),
     power: |base, n| format!("pow({base}, {})", n.text()),
@@ -61,7 +61,7 @@ const STYLE: Style = Style {
     },
 };
 
-/// Names that the frame makes, and words of the weak form language.
+/// Names that the frame defines, and reserved words of the weak form language.
 const RESERVED: &str = "each inside gf model mesh sides side on space spaces value hold held free nodes at order output faces exact facet where fixed cell \
     X Normal Id Trace Sym Skew Det Inv Cofactor Norm Heaviside sign pos_part neg_part sqr element_size timestep qdim meshdim sin cos tan asin \
     name of_it local own region F getfem corners dofs face longest total \
@@ -85,7 +85,7 @@ fn element(problem: &Problem, space: Space) -> Result<String, String> {
     })
 }
 
-/// GetFEM takes no points, only names; a rule on facets is part of one on cells.
+/// GetFEM takes rules by name, not by points; a rule on facets is part of one on cells.
 fn rules(problem: &Problem) -> Result<Vec<&'static str>, String> {
     if problem.all_rules().len() > 2 {
         return Err("its scripts have one rule on cells and one on facets, and no measure with another degree".into());

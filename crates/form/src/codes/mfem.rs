@@ -19,11 +19,11 @@ pub const CODE: Code = Code {
     ..scikit_fem::CODE
 };
 
-/// Names that the frame imports or makes.
+/// Names that the frame imports or defines.
 const RESERVED: &str = "each k size mfem SimpleNamespace types mesh here vertices_of marked outside corners diameter space spaces sizes first dofs_of_cells others rule facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 \
     sample Field field unknown functions given sums chosen count side sides residual derivative held goal total hold part free before number nodes out at rows whole wanted border both scipy splu w place";
 
-/// A collection of MFEM's for the components, with equidistant nodes as in the other codes.
+/// An MFEM collection for the components, with equidistant nodes as in the other codes.
 fn element(problem: &Problem, space: Space) -> Result<String, String> {
     let dim = problem.dim;
     Ok(match space.element {

@@ -1,7 +1,7 @@
-//! The finite element codes that a problem is written for, as a script that runs on its own.
+//! The finite element codes for which a problem is written as an independent script.
 //!
-//! All scripts use the same quadrature points and the same start of Newton's method, and write the values of all unknowns at the nodes of
-//! the cells to a VTU file. [`CODES`] is the list; a new code is a table of its words, a template in `frames`, and an entry in it.
+//! All scripts use the same quadrature points and the same initial guess of Newton's method, and write the values of all unknowns at the nodes of
+//! the cells to a VTU file. [`CODES`] is the list; a new code is a table of its spellings, a template in `frames`, and an entry in it.
 
 mod dolfinx;
 mod fields;
@@ -32,7 +32,7 @@ use self::speaker::Speaker;
 pub use self::table::Code;
 use crate::problem::{Element, Problem};
 
-/// All codes that forms are written for.
+/// All codes for which forms are written.
 pub const CODES: [Code; 7] = [
     freefem::CODE,
     dolfinx::CODE,
@@ -43,16 +43,16 @@ pub const CODES: [Code; 7] = [
     mfem::CODE,
 ];
 
-/// Those that solve contact in elasticity by a scheme that is written by hand.
+/// The codes that solve contact in elasticity by a handwritten scheme.
 pub const BY_HAND: [Code; 2] = [freefem::ELASTIC, dolfinx::ELASTIC];
 
 impl Code {
-    /// The one of this name with a scheme by hand.
+    /// The code with this name and a handwritten scheme.
     pub fn by_hand(name: &str) -> Option<&'static Code> {
         BY_HAND.iter().find(|code| code.name == name)
     }
 
-    /// The module of Python that its scripts import; none of a code that is a program.
+    /// The Python module that its scripts import; `None` for a program.
     pub fn module(&self) -> Option<&'static str> {
         let is_python = self.command.first()?.ends_with("python3");
         is_python.then_some(match self.name {
@@ -77,7 +77,7 @@ impl Code {
         format!("{}{}", problem.name, self.suffix)
     }
 
-    /// The file name of the mesh that its script reads: `NAME.mesh` or `NAME.msh`, or with the code's name in it where that is a file of the user's.
+    /// The file name of the mesh that its script reads: `NAME.mesh` or `NAME.msh`, or with the code's name in it if that is the name of a user's file.
     pub fn mesh_file(&self, problem: &Problem, own: Option<&Path>) -> String {
         let usual = format!("{}.{}", problem.name, self.mesh.1);
         match own
@@ -89,8 +89,8 @@ impl Code {
         }
     }
 
-    /// The script. Run alone it reads the mesh `NAME.mesh` or `NAME.msh` beside it and writes a VTU file beside it, called like the script;
-    /// two words behind it name other files.
+    /// The script. Run without arguments, it reads the mesh `NAME.mesh` or `NAME.msh` in its folder and writes a VTU file there, with the name of the script;
+    /// two arguments name other files.
     ///
     /// # Errors
     /// Has the code what this problem needs?
@@ -103,20 +103,20 @@ impl Code {
         self.script_reading(problem, &self.mesh_file(problem, None), false)
     }
 
-    /// The script that writes the linear system of the form beside its result too: `A.mtx`, `b.mtx` and `dofs.csv`, with rows of the identity for given
-    /// dofs, and values at nodes where the code's own basis is hierarchical. Of a form that is not linear it is that of Newton's method at the state
+    /// The script that also writes the linear system of the form to the folder of its result: `A.mtx`, `b.mtx` and `dofs.csv`, with rows of the identity for prescribed
+    /// dofs, and values at nodes if the code's basis is hierarchical. For a nonlinear form it is the system of Newton's method at the state
     /// of [`own::state`](crate::own::state).
     ///
     /// # Errors
-    /// As [`Code::script`]; a form with steps in time; dofs that a table cannot tell apart.
+    /// Errors of [`Code::script`]; a form with time steps; dofs that a table cannot distinguish.
     pub fn script_with_system(&self, problem: &Problem) -> std::result::Result<String, String> {
         self.script_reading(problem, &self.mesh_file(problem, None), true)
     }
 
-    /// The script that, run alone, reads a mesh of this name, with its linear system or without.
+    /// The script that, run without arguments, reads a mesh with this name, with its linear system or without.
     ///
     /// # Errors
-    /// As [`Code::script`] and [`Code::script_with_system`].
+    /// Errors of [`Code::script`] and [`Code::script_with_system`].
     pub fn script_reading(
         &self,
         problem: &Problem,
@@ -176,14 +176,14 @@ impl Code {
         (self.lacks)(problem)?;
         let fields = fields::fields(&mut Speaker::new(self, problem), mesh, has_system)?;
         let mut script = frame::fill(self.name, fields)?;
-        // Between parts are at most two empty lines.
+        // At most two empty lines separate parts.
         while script.contains("\n\n\n\n") {
             script = script.replace("\n\n\n\n", "\n\n\n");
         }
         Ok(script)
     }
 
-    /// Writes the mesh that the script reads when it runs alone into a folder, and returns its path.
+    /// Writes the mesh that the script reads without arguments into a folder, and returns its path.
     ///
     /// # Errors
     /// A mesh that the format cannot hold, or a file that cannot be written.

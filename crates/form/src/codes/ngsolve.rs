@@ -1,4 +1,4 @@
-//! NGSolve: the form as coefficient functions of scalar trial and test functions, with NGSolve's own derivative.
+//! NGSolve: the form as coefficient functions of scalar trial and test functions, with NGSolve's derivative.
 
 use faceoff_fem::scene::expression::Function;
 use minijinja::context;
@@ -52,7 +52,7 @@ const STYLE: Style = Style {
         (Function::Tanh, [a, ..]) => format!("(sinh({a})/cosh({a}))"),
         _ => format!("{}({})", function.names()[0], arguments.join(", ")),
     },
-    // Powers are differentiated by the logarithm, which negative bases do not have, unless the exponent is a positive integer.
+    // Powers are differentiated by the logarithm, which fails for negative bases, unless the exponent is a positive integer.
     power: |base, exponent| match exponent {
         Exponent::Integer(n) if *n < 0 => format!("(1.0/{base}**{})", -n),
         _ => exponent.after(base, "**"),
@@ -66,11 +66,11 @@ const STYLE: Style = Style {
     },
 };
 
-/// Names that the frame imports or makes.
+/// Names that the frame imports or defines.
 const RESERVED: &str = "lines mode value modes eigenvalues matrix start fields each from_nodes function held scipy to_nodes values_at_nodes ngsolve netgen mesh here descriptor grid groups inside label mapped point where known V W a b J u_ gf between found hold free nodes at values rule facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 number names CF IfPos sin cos tan exp log \
     sqrt atan atan2 asin acos sinh cosh grad ds dx specialcf TRIG SEGM TET QUAD HEX BND VOL Mesh H1 L2 FESpace BilinearForm GridFunction total e t space inverse curl div goal before mean0 multiplier0 hold_whole normal tangential";
 
-/// The beginning of a space, which may have more arguments.
+/// The beginning of a space, to which arguments may be added.
 fn element(problem: &Problem, space: Space) -> Result<String, String> {
     Ok(match space.element {
         Element::Continuous(degree) => format!("ngsolve.H1(mesh, order={degree}"),
@@ -98,7 +98,7 @@ fn name(of: &Speaker<'_>, leaf: Leaf) -> String {
     }
 }
 
-/// The part of the approximation that a component is.
+/// The part of the approximation for a component.
 fn total(problem: &Problem, unknown: usize, component: usize) -> String {
     match problem.blocks().len() + problem.means.len() {
         1 => "total".into(),
@@ -122,7 +122,7 @@ fn reference(cells: Cells, dim: usize) -> Vec<Vec<Vec<String>>> {
     };
     let parts = if is_simplex { dim + 1 } else { 2 };
     let centre = vec![vec![format!("1/{parts}"); dim]];
-    // The centres of facets lie opposite the vertices.
+    // The centres of facets are opposite the vertices.
     let facet = |j| {
         let place = |i| {
             if i == j {

@@ -1,4 +1,4 @@
-//! nutils: the form as expressions of NumPy's functions on nutils' arrays, with nutils' own derivative.
+//! nutils: the form as expressions of NumPy's functions on nutils' arrays, with nutils' derivative.
 
 use super::points::NUMPY;
 use super::python::{LEAVES, RESERVED as PYTHON, USUAL};
@@ -38,7 +38,7 @@ pub const CODE: Code = Code {
     ..USUAL
 };
 
-/// nutils has `<` and `>` only, and no `np.where`.
+/// nutils only has `<` and `>`, and no `np.where`.
 const STYLE: Style = Style {
     choice: |sign, [a, b, c, d]| {
         let (name, yes, no) = match sign {
@@ -52,7 +52,7 @@ const STYLE: Style = Style {
     ..NUMPY
 };
 
-/// Names that the frame imports or makes.
+/// Names that the frame imports or defines.
 const RESERVED: &str = "function mesh sample solver types quadrature pointsseq topo geom corners sides marked at hold held spaces bases rule \
     facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 total tests first F system free here found nodes degree basis interpolated unknowns part parts cell dofs fields integrand longest nodal nutils tag arguments goal mean0 multiplier0 number";
 

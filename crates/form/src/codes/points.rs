@@ -9,7 +9,7 @@ use crate::grid::Cells;
 use crate::problem::Element;
 use crate::scalar::{Id, Node, Scalars};
 
-/// NumPy's words for functions, powers and choices; of a choice it computes both values.
+/// NumPy's spellings of functions, powers and conditionals; for a conditional it computes both values.
 pub const NUMPY: Style = Style {
     call: |function, arguments| {
         let name = match function {
@@ -53,10 +53,10 @@ pub fn numpy(
     }
 }
 
-/// The nodes of VTK's cell of a result, as places in the reference cell, and its type.
+/// The nodes of VTK's cell of a result, as positions in the reference cell, and its type.
 ///
 /// # Errors
-/// Cells that are not written.
+/// Cells for which there is no output.
 pub fn nodes(output: Element, cells: Cells, dim: usize) -> Result<(Vec<Vec<f64>>, u8), String> {
     let kind = CellKind::complete(cells.shape(dim), output.degree());
     match kind.and_then(vtk_nodes) {

@@ -1,18 +1,18 @@
-//! What is usual in the tables of codes in Python.
+//! Common parts of the tables of codes in Python.
 
 use minijinja::Value;
 
 use super::points::NUMPY;
 use super::table::{Code, Leaves, Sharing};
 
-/// Words of Python and of the frame.
+/// Reserved words of Python and names of the frame.
 pub const RESERVED: &str = "False None True and as assert async await break class continue def del elif else except finally for from global \
     if import in is lambda nonlocal not or pass raise return try while with abs float int len list map max min open pow print range repr \
     set str sum tuple zip all any bool dict divmod enumerate getattr hasattr iter next slice sorted i j vertices values here own numpy pathlib \
     __file__ np sys Path x y z n h circumradius facet_length longest_edge edges pairs radii lengths length slope index corner normals slopes ones steps own_normal pi reads writes points cells regions facets labels read_msh write_vtu step A r d form \
     system write_system at_dofs directions names describe count is_held loads basis M columns state whole from_nodes to_nodes modes eigenvalues mass";
 
-/// What is usual among codes in Python.
+/// The defaults for codes in Python.
 pub const USUAL: Code = Code {
     name: "",
     suffix: "",

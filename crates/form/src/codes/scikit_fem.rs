@@ -48,7 +48,7 @@ pub const CODE: Code = Code {
     ..USUAL
 };
 
-/// Names that the frame imports or makes.
+/// Names that the frame imports or defines.
 const RESERVED: &str = "lines mode value modes eigenvalues eigsh start at_nodes a b dofs name object skfem mesh here element basis w rule facet_rule rule2 rule3 rule4 rule5 rule6 rule7 rule8 nodes at boundary fixed diameter splu bases values total free facets_of \
     BilinearForm LinearForm Basis FacetBasis InteriorFacetBasis interpolated where held hold found given residual derivative scipy asm sides other number goal before bent part rows wanted hold_whole of_element";
 
@@ -107,7 +107,7 @@ fn more(of: &mut Speaker<'_>) -> Value {
     context! {
         bends => of.problem.has_second(),
         integrals => integrals.collect::<Value>(),
-        // Those of all integrals.
+        // For all integrals.
         forms => forms.concat(),
     }
 }
@@ -146,7 +146,7 @@ fn forms(of: &Speaker<'_>, k: usize, integral: &Integral, by: &Bilinear) -> Vec<
     all
 }
 
-/// What a form does: the functions that its coefficients depend on, what they share, and its terms.
+/// The contents of a form: the functions in its coefficients, their common subexpressions, and its terms.
 fn body(
     of: &Speaker<'_>,
     sides: &[Side],

@@ -1,4 +1,4 @@
-//! A problem in the words of a code: its expressions as text.
+//! A problem in the notation of a code: its expressions as text.
 
 use minijinja::{Value, context};
 
@@ -9,13 +9,13 @@ use super::table::Code;
 use crate::problem::{Element, Problem, Space};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
-/// A problem with the words that it is written in.
+/// A problem with the notation of a code.
 #[derive(Debug)]
 pub struct Speaker<'a> {
     pub code: &'a Code,
     pub problem: Problem,
     pub words: Words,
-    /// Is the derivative being written, rather than the residual?
+    /// Is this the derivative, rather than the residual?
     pub in_derivative: bool,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Speaker<'a> {
         }
     }
 
-    /// The space of an unknown and what goes with it; data have none here.
+    /// The space of an unknown with its supplements; data have none here.
     fn space(&self, field: Field) -> Option<Space> {
         match field {
             Field::Unknown(k) | Field::Old(k) | Field::Increment(k) | Field::Test(k) => {
@@ -61,7 +61,7 @@ impl<'a> Speaker<'a> {
         }
     }
 
-    /// The name of the function that a leaf is of: of a component, or of a function of vectors as a whole.
+    /// The name of the function of a leaf: of a component, or of a function of vectors as a whole.
     pub fn function(&self, leaf: Leaf) -> String {
         let space = self.space(leaf.field);
         match space.is_some_and(|space| space.element.is_vector()) {
@@ -103,7 +103,7 @@ impl<'a> Speaker<'a> {
         {
             return match (space.element, dim) {
                 (Element::RaviartThomas, _) => format!("({}/{dim})", of(divergence)),
-                // The only slopes are half the components of the curl.
+                // The only derivatives are half the components of the curl.
                 (_, 2) => format!("({}/2)", of(curl)),
                 _ => {
                     let component = (leaves.index)(&[3 - axis - leaf.component]);
@@ -128,7 +128,7 @@ impl<'a> Speaker<'a> {
         }
     }
 
-    /// A formula in coordinates and parameters, as the code writes it.
+    /// A formula in coordinates and parameters, in the notation of the code.
     pub fn formula(&self, id: Id) -> String {
         let end = |node: Node| self.end(node);
         let spelling = self.code.formulas.with(&end);
@@ -145,13 +145,13 @@ impl<'a> Speaker<'a> {
         (is_constant && value.is_finite()).then(|| format!("{value:?}"))
     }
 
-    /// All that templates may need of a formula.
+    /// All versions of a formula for templates.
     pub fn value(&self, id: Id) -> Value {
         let (coordinates, value) = self.code.points;
         let parameter = |k: usize| format!("{}{value}", self.words.parameters[k]);
         context! {
             text => self.formula(id),
-            // In the words of the form.
+            // In the notation of the form.
             plain => comment(&plain(&self.problem, id)),
             // With NumPy's functions, in the shape of the coordinates.
             at_points => points::numpy(&self.problem.scalars, id, coordinates, &parameter),
@@ -160,7 +160,7 @@ impl<'a> Speaker<'a> {
         }
     }
 
-    /// Names for what occurs more than once in some expressions, with their values, parts first.
+    /// Names for subexpressions that occur more than once in some expressions, with their values, in order of dependence.
     pub fn share(&self, roots: &[Id]) -> (Vec<(String, String)>, Shared) {
         let code = self.code;
         let mut words = Words::new(&self.problem, code.reserved, code.first, code.mark);

@@ -1,4 +1,4 @@
-//! What scripts have in common: names that no code knows already, and scalars as text.
+//! Common parts of scripts: names that are not reserved in a code, and scalars as text.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,22 +7,22 @@ use faceoff_fem::scene::expression::{Comparison, Function};
 use crate::problem::{Domain, Element, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Scalars};
 
-/// Names of a problem in a script. Where a code or the language of its scripts knows a word already, a mark follows.
+/// Names of a problem in a script. If a name is reserved in a code or the language of its scripts, a mark is appended.
 #[derive(Debug)]
 pub struct Words {
     taken: BTreeSet<String>,
-    /// Words of the code; with digits behind them, the frame may use them as well.
+    /// Reserved words of the code; with digits appended, the frame may use them as well.
     reserved: BTreeSet<String>,
-    /// `_`, or `X` where names have no underscores.
+    /// `_`, or `X` if names have no underscores.
     mark: char,
     whole: BTreeMap<Field, String>,
     parts: BTreeMap<Field, Vec<String>>,
-    /// Of parameters.
+    /// For parameters.
     pub parameters: Vec<String>,
 }
 
 impl Words {
-    /// `reserved` are words of the code; components of vectors count from `first`.
+    /// `reserved` are reserved words of the code; components of vectors are counted from `first`.
     pub fn new(problem: &Problem, reserved: &[&str], first: usize, mark: char) -> Self {
         let mut words = Words {
             mark,
@@ -77,7 +77,7 @@ impl Words {
         words
     }
 
-    /// A name that is not taken.
+    /// A name that is not in use.
     pub fn fresh(&mut self, name: &str) -> String {
         let mut name = name.to_owned();
         if self.mark != '_' {
@@ -98,7 +98,7 @@ impl Words {
         &self.whole[&field]
     }
 
-    /// The names of its components; of a scalar, its own.
+    /// The names of its components; for a scalar, its own name.
     pub fn parts(&self, field: Field) -> &[String] {
         &self.parts[&field]
     }
@@ -120,25 +120,25 @@ impl Words {
     }
 }
 
-/// How functions, powers and choices are written.
+/// The notation of functions, powers and conditionals.
 #[derive(Debug, Clone, Copy)]
 pub struct Style {
     /// A function of one or two arguments.
     pub call: fn(Function, &[String]) -> String,
-    /// A power, of a base in brackets where it needs them.
+    /// A power, with the base in brackets if necessary.
     pub power: fn(&str, &Exponent) -> String,
-    /// Values of a choice: the comparison, its sides and both values.
+    /// A conditional: the comparison, its sides and both values.
     pub choice: fn(&str, &[String; 4]) -> String,
 }
 
 impl Style {
-    /// With the ends of expressions: parameters, coordinates, normals, diameters and leaves.
+    /// With the leaves of expressions: parameters, coordinates, normals, diameters and fields.
     pub fn with<'a>(&'a self, end: &'a dyn Fn(Node) -> String) -> Spelling<'a> {
         Spelling { end, style: self }
     }
 }
 
-/// How scalars are written.
+/// The notation of scalars.
 pub struct Spelling<'a> {
     end: &'a dyn Fn(Node) -> String,
     style: &'a Style,
@@ -148,12 +148,12 @@ pub struct Spelling<'a> {
 pub enum Exponent {
     /// An integer from -9 to -1 or 2 to 9.
     Integer(i8),
-    /// Any other number or expression as text, in brackets where it needs them.
+    /// Any other number or expression as text, in brackets if necessary.
     Other(String),
 }
 
 impl Exponent {
-    /// The exponent by itself.
+    /// The exponent without a sign.
     pub fn text(&self) -> String {
         match self {
             Exponent::Integer(n) if *n < 0 => format!("({n}.0)"),
@@ -168,7 +168,7 @@ impl Exponent {
     }
 }
 
-/// How tightly an expression holds together.
+/// The precedence of an expression.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Tight {
     Sum,
@@ -177,7 +177,7 @@ enum Tight {
     Atom,
 }
 
-/// Expressions that occur more than once, which are printed by name.
+/// Common subexpressions, which are printed by name.
 pub type Shared = BTreeMap<Id, String>;
 
 impl Spelling<'_> {
@@ -206,7 +206,7 @@ impl Spelling<'_> {
         self.print_node(scalars, id, shared)
     }
 
-    /// What a shared expression is, in terms of the others.
+    /// A shared expression, in terms of the others.
     pub fn definition(&self, scalars: &Scalars, id: Id, shared: &Shared) -> String {
         self.print_node(scalars, id, shared).0
     }
@@ -222,7 +222,7 @@ impl Spelling<'_> {
             Node::Add(a, b) => {
                 let left = within(a, Tight::Sum);
                 let right = within(b, Tight::Sum);
-                // A sum on the right comes without brackets as well: only rounding could tell.
+                // A sum on the right needs no brackets: only rounding could differ.
                 (format!("{left} {}", signed(&right, false)), Tight::Sum)
             }
             Node::Multiply(a, b) if scalars.number_of(a).is_some_and(|a| a < 0.0) => {
@@ -278,7 +278,7 @@ impl Spelling<'_> {
     }
 }
 
-/// Names for what occurs more than once in some expressions and takes some work, parts first.
+/// Names for subexpressions that occur more than once and are not trivial, in order of dependence.
 pub fn shared(scalars: &Scalars, roots: &[Id], words: &mut Words) -> Vec<(Id, String)> {
     let nodes = scalars.nodes_of(roots.iter().copied());
     let mut uses: BTreeMap<Id, usize> = BTreeMap::new();
@@ -310,7 +310,7 @@ pub fn shared(scalars: &Scalars, roots: &[Id], words: &mut Words) -> Vec<(Id, St
     found
 }
 
-/// A measure as the form writes it.
+/// A measure in the notation of the form.
 pub fn measure(problem: &Problem, measure: &Measure) -> String {
     let name = match measure.domain {
         Domain::Cells => "dx",
@@ -330,7 +330,7 @@ pub fn measure(problem: &Problem, measure: &Measure) -> String {
     }
 }
 
-/// A line of a comment: nothing in it ends the comment or a text, whatever a file contains.
+/// A line of a comment: it cannot end the comment or a string, whatever a file contains.
 pub fn comment(text: &str) -> String {
     let plain = |c: char| match c {
         '\\' => '/',
@@ -342,7 +342,7 @@ pub fn comment(text: &str) -> String {
     text.chars().map(plain).collect()
 }
 
-/// A term of a sum, with its sign set off unless it is the first one: `a`, `+ b`, `- c`.
+/// A term of a sum, with its sign separated unless it is the first one: `a`, `+ b`, `- c`.
 pub fn signed(text: &str, is_first: bool) -> String {
     match text.strip_prefix('-') {
         _ if is_first => text.to_owned(),
@@ -351,7 +351,7 @@ pub fn signed(text: &str, is_first: bool) -> String {
     }
 }
 
-/// What a space of vectors has continuous on facets, of components `u` and a normal `n`: the normal component, or the tangential ones.
+/// The trace that is continuous on facets, of components `u` and a normal `n`: the normal component, or the tangential ones.
 pub fn traces(element: Element, u: &[String], n: &[String]) -> Vec<String> {
     let turned = |i: usize, j: usize| format!("({}*({}) - {}*({}))", n[i], u[j], n[j], u[i]);
     match (element, u.len()) {

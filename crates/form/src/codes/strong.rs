@@ -1,4 +1,4 @@
-//! The equations that a weak form stands for, as people write them.
+//! The strong form of a weak form.
 
 use super::spelling::{Shared, Style, measure, signed};
 use crate::problem::{Domain, Problem};
@@ -7,7 +7,7 @@ use crate::scalar::{Field, Id, Leaf, Node, Side};
 /// Longest line of an equation in the head.
 const WIDTH: usize = 110;
 
-/// An expression of more operations than this does not fit on a line.
+/// An expression with more operations than this does not fit on a line.
 const SHORT: f64 = 110.0;
 
 const PLAIN: Style = Style {
@@ -16,7 +16,7 @@ const PLAIN: Style = Style {
     choice: |sign, [a, b, c, d]| format!("if({a} {sign} {b}, {c}, {d})"),
 };
 
-/// An expression in the words of the form.
+/// An expression in the notation of the form.
 pub fn plain(problem: &Problem, id: Id) -> String {
     let end = |node: Node| plain_end(problem, node);
     PLAIN.with(&end).text(&problem.scalars, id, &Shared::new())
@@ -62,7 +62,7 @@ fn plain_end(problem: &Problem, node: Node) -> String {
     }
 }
 
-/// The equations in the domain and on the boundary that integration by parts gives; those that do not fit on a line are left out.
+/// The equations in the domain and on the boundary, by integration by parts; those that do not fit on a line are left out.
 pub fn strong_form(problem: &Problem) -> Vec<String> {
     if problem.eigen.is_some() {
         return Vec::new();

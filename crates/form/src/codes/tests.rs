@@ -1,4 +1,4 @@
-//! No name of a problem hides a word that a script needs, and no template uses a field that is missing.
+//! No name of a problem hides a name that a script needs, and no template uses a missing field.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -11,7 +11,7 @@ use super::speaker::Speaker;
 use super::{CODES, Code, fields, frame};
 use crate::Problem;
 
-/// With all that a frame may need: several unknowns, data of both kinds, all measures and functions.
+/// With everything that a frame may need: several unknowns, data of both kinds, all measures and functions.
 const FORM: &str = r#"
 name = "words"
 [spaces]
@@ -33,7 +33,7 @@ degree = 2
 qqu = { left = [0, "x"], right = ["free", 1] }
 "#;
 
-/// With steps in time, a mean, vectors of both kinds and second derivatives.
+/// With time steps, a mean, vectors of both kinds and second derivatives.
 const MORE: &str = r#"
 name = "words"
 [spaces]
@@ -63,7 +63,7 @@ qqr = { left = [0, 1] }
 qqe = { left = [0, 1] }
 "#;
 
-/// An eigenproblem with data, a boundary term and a hold of either kind.
+/// An eigenproblem with data, a boundary term and a constraint of either kind.
 const MODES: &str = r#"
 name = "words"
 [spaces]
@@ -81,7 +81,7 @@ shift = -1
 right = [0, 0]
 "#;
 
-/// Words of a script outside of comments and texts, but for members and names of arguments.
+/// Words of a script outside of comments and strings, except members and names of arguments.
 fn words(script: &str, is_python: bool) -> BTreeSet<String> {
     let mut plain = String::new();
     let mut rest = script;
@@ -160,7 +160,7 @@ const BUILTINS: [&str; 18] = [
     "slice",
 ];
 
-/// The forms with all that a template may need, in 2D and 3D, with and without spaces of vectors.
+/// The forms with everything that a template may need, in 2D and 3D, with and without spaces of vectors.
 fn forms() -> [(String, Mesh); 7] {
     let cube = FORM
         .replace("Identity(2)", "Identity(3)")
@@ -208,7 +208,7 @@ fn words_of_scripts_are_reserved() {
                 assert!(is_lacking, "{}", code.name);
                 continue;
             };
-            // The time and its step are parameters, and v is the test function of an only unknown.
+            // The time and its step are parameters, and v is the test function if there is one unknown.
             let own = |word: &String| {
                 let is_test = word.trim_end_matches(|c: char| c.is_ascii_digit()) == "v";
                 word.contains("qq")
@@ -244,7 +244,7 @@ fn reserved(code: &Code) -> impl Iterator<Item = &'static str> {
     lists.flat_map(|words| words.split_whitespace())
 }
 
-/// Every form of the examples, in 2D and 3D where it is one of both, and those above.
+/// Every form of the examples, in 2D and 3D if it allows both, and those above.
 #[test]
 fn every_template_is_filled_for_every_form() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/forms");
@@ -277,7 +277,7 @@ fn every_template_is_filled_for_every_form() {
     );
 }
 
-/// A missing field is a fault of ours, reported as one, and never an empty place in a script.
+/// A missing field is reported as an error of this program, and never an empty part of a script.
 #[test]
 fn a_missing_field_is_an_internal_error() {
     let [(form, mesh), ..] = forms();

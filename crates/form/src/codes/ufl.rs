@@ -1,4 +1,4 @@
-//! The text of a form, changed where UFL spells something otherwise; all else stays as it was written.
+//! The text of a form, changed only where UFL has a different notation.
 
 use faceoff_fem::scene::expression::syntax::{Kind, Term};
 use faceoff_fem::scene::expression::{Comparison, Function};
@@ -12,7 +12,7 @@ struct Editor<'a> {
     problem: &'a Problem,
     words: &'a Words,
     chars: Vec<char>,
-    /// Start, end and what takes its place.
+    /// Start, end and replacement.
     edits: Vec<(usize, usize, String)>,
 }
 
@@ -28,7 +28,7 @@ pub fn ufl(problem: &Problem, words: &Words, text: &str, term: &Term) -> String 
     editor.apply()
 }
 
-/// UFL's words for functions, powers and choices.
+/// UFL's spellings of functions, powers and conditionals.
 pub const UFL: Style = Style {
     call: |function, arguments| {
         let name = match function {
@@ -57,7 +57,7 @@ impl Editor<'_> {
     }
 
     fn apply(mut self) -> String {
-        // Edits at one place keep their order: outer ones come first.
+        // Edits at one position keep their order: outer ones come first.
         self.edits.sort_by_key(|edit| (edit.0, edit.1));
         let mut text = String::new();
         let mut at = 0;
@@ -67,7 +67,7 @@ impl Editor<'_> {
             at = *end;
         }
         text.extend(&self.chars[at..]);
-        // Python takes no other blanks than these.
+        // Python only accepts these blanks.
         let plain = |c: char| {
             if c.is_whitespace() && c != '\n' {
                 ' '
@@ -117,11 +117,11 @@ impl Editor<'_> {
                 self.term(&sides[1]);
                 self.replace(term.end, term.end, ")");
             }
-            // x[1] is UFL's already.
+            // x[1] is UFL already.
             Kind::Index(a, at) => {
                 if !matches!(&a.kind, Kind::Name(name) if name == "x") {
                     self.term(a);
-                    // UFL wants all indices of a row.
+                    // UFL needs all indices of a row.
                     let rest = self.rank(a).saturating_sub(at.len());
                     let end = at.last().map_or(term.end, |last| last.end);
                     self.replace(end, end, ", :".repeat(rest));
@@ -178,7 +178,7 @@ impl Editor<'_> {
             .and_then(|k| field(Field::Datum(k)))
     }
 
-    /// The rule of a measure with a degree, which the frame has made; none where it is that of all measures.
+    /// The rule of a measure with a degree, which the frame has defined; `None` if it is that of all measures.
     fn own_rule(&self, dim: usize, degree: usize) -> Option<String> {
         let rule = self.problem.cells.exact(dim, degree);
         let mut all = self.problem.all_rules().into_iter();

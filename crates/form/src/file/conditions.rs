@@ -1,4 +1,4 @@
-//! The values that a form file holds on parts of the boundary, and what must be held or tested somewhere.
+//! Dirichlet values in a form file, and checks that every unknown is constrained and tested.
 
 use faceoff_fem::scene::expression::syntax::Kind;
 use faceoff_mesh::error::Result;
@@ -104,7 +104,7 @@ impl<'a> File<'a> {
         Err(self.refuse(entry.value.span().start, what, remedy))
     }
 
-    /// A function of the point, with data put in as formulas; none where it says `free`.
+    /// A function of the point, with data replaced by their formulas; `None` if the text is `free`.
     pub(super) fn value(&self, part: &'a Value<'a>, problem: &mut Problem) -> Result<Option<Id>> {
         let formula = self.formula(part)?;
         if matches!(&formula.term.kind, Kind::Name(name) if name == "free") {
@@ -139,7 +139,7 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Does F say something of every unknown, and is each held?
+    /// Does F depend on every unknown, and is each constrained?
     pub(super) fn check(
         &self,
         problem: &mut Problem,
@@ -182,7 +182,7 @@ impl<'a> File<'a> {
                     .conditions
                     .iter()
                     .any(|c| c.unknown == k && c.component == component);
-                // What an eigenproblem leaves free has the eigenvalue 0.
+                // Unconstrained functions have the eigenvalue 0.
                 let may_be_free = problem.eigen.is_some();
                 let is_free = unknown.space.size.is_some() && (is_whole || !is_held);
                 if is_free && !may_be_free && of_it.all(|leaf| leaf.axis.is_some()) {
@@ -207,7 +207,7 @@ impl<'a> File<'a> {
         }
     }
 
-    /// Is every scalar known without a constant that could be added, and no mean given where none is free?
+    /// Checks that every scalar is determined, not only up to a constant, and that means are given only where a constant is free.
     fn check_constants(&self, problem: &mut Problem, at: usize, unmarked: usize) -> Result<()> {
         for k in 0..problem.unknowns.len() {
             if problem.means.iter().any(|mean| mean.unknown == k) {
@@ -243,7 +243,7 @@ impl<'a> File<'a> {
         Ok(())
     }
 
-    /// The means that a file gives of unknowns that are known up to a constant.
+    /// The means that a file gives for unknowns that are determined up to a constant.
     pub(super) fn means(
         &self,
         entry: &Entry<'a>,
@@ -274,7 +274,7 @@ impl<'a> File<'a> {
         Ok(())
     }
 
-    /// The position of the unknown that a key names.
+    /// The position of the unknown in a key.
     pub(super) fn unknown(&self, entry: &Entry<'_>, problem: &Problem) -> Result<usize> {
         let found = problem.unknowns.iter().position(|u| u.name == entry.key);
         found.ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! `[eigen]` of a form file: a, m, and which eigenvalues are asked for.
+//! `[eigen]` of a form file: a, m, and which eigenvalues are requested.
 
 use faceoff_mesh::error::Result;
 
@@ -7,10 +7,10 @@ use crate::eigen::is_not_symmetric;
 use crate::language::Formula;
 use crate::problem::{Eigen, Problem};
 
-/// So many eigenvalues can be asked for.
+/// The most eigenvalues of a request.
 const MOST: usize = 50;
 
-/// What an eigenproblem asks, with the values of a and m in the file.
+/// The request of an eigenproblem, with the values of a and m in the file.
 pub(super) struct Given<'a> {
     pub eigen: Eigen,
     pub mass: &'a Value<'a>,
@@ -18,7 +18,7 @@ pub(super) struct Given<'a> {
 }
 
 impl<'a> File<'a> {
-    /// The keys beside a and the degrees, of a file with these tables.
+    /// The keys in addition to a and the degrees, for a file with these tables.
     pub(super) fn eigen(
         &self,
         entry: &Entry<'a>,
@@ -77,7 +77,7 @@ impl<'a> File<'a> {
         })
     }
 
-    /// What an eigenproblem may not have, and what a and m must be.
+    /// Restrictions on eigenproblems, and requirements on a and m.
     pub(super) fn check_eigen(
         &self,
         tables: &[Entry<'a>],

@@ -1,4 +1,4 @@
-//! The groups of a mesh, and where they are: a form may integrate over them, and hold values there.
+//! The groups of a mesh and their positions: a form may integrate over them, and prescribe values there.
 
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{CellGroups, Mesh};
@@ -6,13 +6,13 @@ use faceoff_mesh::mesh::{CellGroups, Mesh};
 use crate::grid::{Cells, Grid};
 use crate::problem::{Domain, Group};
 
-/// What a form needs to know of its mesh.
+/// The properties of a mesh that a form depends on.
 pub(super) struct Marks {
     /// 2 or 3.
     pub dim: usize,
     /// The shape of its cells.
     pub cells: Cells,
-    /// Those of the mesh, in its order.
+    /// The groups of the mesh, in its order.
     pub groups: Vec<Group>,
     /// The number of facets of the boundary in no group.
     pub unmarked: usize,
@@ -22,7 +22,7 @@ impl Marks {
     /// Checks the mesh and finds its groups.
     ///
     /// # Errors
-    /// A mesh whose cells have not one of the shapes that are known, or on which nothing can be solved; groups that overlap, as a cell or facet has one
+    /// A mesh with unsupported cell shapes, or on which the form cannot be solved; groups that overlap, since a cell or facet has one
     /// number in most codes.
     pub fn new(name: &str, mesh: &Mesh) -> Result<Self> {
         let grid = Grid::new(name, mesh)?;

@@ -1,4 +1,4 @@
-//! Form files: TOML to a checked [`Problem`], with the place of every fault.
+//! Form files: from TOML to a checked [`Problem`], with the position of every error.
 
 mod conditions;
 mod eigen;
@@ -26,10 +26,10 @@ use mesh::Marks;
 type Value<'a> = toml::Spanned<DeValue<'a>>;
 
 impl Problem {
-    /// Reads the text of a form file for a mesh, whose groups it names; `origin` is its path in messages.
+    /// Reads the text of a form file for a mesh, whose groups the form names; `origin` is its path in messages.
     ///
     /// # Errors
-    /// What is not TOML or not a form, with its line and column; a mesh of cells of several shapes, or of other ones.
+    /// Text that is not TOML or not a form, with its line and column; a mesh with cells of several shapes, or of unsupported ones.
     pub fn parse(origin: &Path, text: &str, mesh: &Mesh) -> Result<Self> {
         let file = File {
             origin,
@@ -40,7 +40,7 @@ impl Problem {
     }
 }
 
-/// Is this the text of a form rather than of a scene or of codes?
+/// Is this the text of a form file rather than of a scene or a problem file with codes?
 pub fn is_form(text: &str) -> bool {
     DeTable::parse(text).is_ok_and(|table| {
         let keys = table.get_ref();
@@ -78,7 +78,7 @@ impl<'a> File<'a> {
         Ok(ordered(table))
     }
 
-    /// The text of a value; a number as it is written.
+    /// The text of a value; a number unchanged.
     fn text_of(&self, value: &'a Value<'a>) -> Result<String> {
         match value.get_ref() {
             DeValue::String(text) => Ok(text.to_string()),
@@ -117,7 +117,7 @@ impl<'a> File<'a> {
         })
     }
 
-    /// Where a character of a text is in the file.
+    /// The position in the file of a character of a text.
     fn inside(&self, value: &Value<'_>, text: &str, at: usize) -> usize {
         let span = value.span();
         let start = self.text[span.clone()].find(text);
@@ -129,7 +129,7 @@ impl<'a> File<'a> {
         self.refuse(self.inside(value, text, fault.at), fault.what, fault.remedy)
     }
 
-    /// What is wrong in a formula, at its place in the file.
+    /// An error in a formula, with its position in the file.
     fn fault_in(&self, value: &Value<'_>, formula: &Formula, fault: Fault) -> Error {
         self.fault(value, &formula.source, formula.in_source(fault))
     }
@@ -184,7 +184,7 @@ impl<'a> File<'a> {
             let at = e.span().map_or(0, |span| span.start);
             self.refuse(at, e.message().replace('\n', " "), "write TOML")
         })?;
-        // What is borrowed from the document must live as long as it does.
+        // Text borrowed from the document must live as long as the document.
         let mut file = File {
             origin: self.origin,
             text: self.text,
@@ -456,7 +456,7 @@ impl<'a> File<'a> {
         let entries = self.entries(entry.value, "parameters")?;
         let each = entries.iter().map(|each| {
             let name = self.name(each, taken)?;
-            // Of a list, whose values are levels of a face-off, the first.
+            // For a list, whose values are levels of a problem file, the first.
             let list = each.value.get_ref().as_array();
             let first = list.map_or(Some(each.value), |list| list.iter().next());
             let value = first.and_then(|value| self.number(value)).ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! Wrong form files: each is refused with a sentence and its place. In the texts `¦` marks the place and is no part of the file.
+//! Wrong form files: each is rejected with a message and its position. In the texts `¦` marks the position and is not part of the file.
 
 mod definitions;
 mod kinds;
@@ -49,7 +49,7 @@ fn refused(text: &str, mesh: &Mesh) -> Result<Error, String> {
     }
 }
 
-/// Is a file with a mark refused there, in these words? If not, why not.
+/// Is a file with a mark rejected there, with this message? If not, why not.
 fn check(marked: &str, words: &str, mesh: &Mesh) -> Result<(), String> {
     let (before, after) = marked.split_once('¦').expect("a mark");
     let line = before.matches('\n').count() + 1;
@@ -402,7 +402,7 @@ fn wrong_files_are_refused_with_their_place() {
     assert_refused(&text, "changes when the two sides", &mesh());
 }
 
-/// A flow in a closed box: the pressure is known up to a constant.
+/// A flow in a closed box: the pressure is determined up to a constant.
 #[test]
 fn a_free_constant_of_the_pressure_is_refused() {
     let closed = PAIR.replace(
@@ -497,7 +497,7 @@ fn meshes_that_codes_would_understand_differently_are_refused() {
     );
 }
 
-/// Damaged files end in an error or a problem, never in a panic.
+/// Damaged files give an error or a problem, never a panic.
 #[test]
 fn no_damage_to_a_file_ends_in_a_panic() {
     let mesh = mesh();

@@ -1,4 +1,4 @@
-//! Steps in time: how many, and where the unknowns start.
+//! Time steps: their number, and the initial values of the unknowns.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use super::{Entry, File};
 use crate::problem::{Initial, Parameter, Problem, Time};
 use crate::scalar::{Field, Node};
 
-/// More steps are a slip of the pen.
+/// More steps are a typing error.
 const MOST_STEPS: f64 = 1e6;
 
 impl<'a> File<'a> {
@@ -97,7 +97,7 @@ impl<'a> File<'a> {
         Ok(())
     }
 
-    /// Is there a value at 0 of each unknown whose value in the step before is used?
+    /// Is there an initial value for each unknown whose previous value is used?
     pub(super) fn check_start(&self, problem: &Problem, at: usize) -> Result<()> {
         let Some(time) = &problem.time else {
             return Ok(());

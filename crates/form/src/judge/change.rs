@@ -1,4 +1,4 @@
-//! What may be different in the form that a code solved.
+//! The ways in which the form that a code solved may differ.
 
 use crate::problem::Domain;
 use crate::scalar::Length;
@@ -16,20 +16,20 @@ pub enum Change {
         /// Its position.
         parameter: usize,
     },
-    /// A term, or all that are integrated by the same rule, is integrated by another one.
+    /// A term, or all terms with the same rule, is integrated with a different one.
     Rule {
-        /// Its position; none of all.
+        /// Its position; `None` for all.
         term: Option<usize>,
         /// The name of the rule.
         rule: &'static str,
     },
-    /// A datum is taken elsewhere than at the points.
+    /// A datum is not evaluated at the points.
     Data {
         /// Its position.
         datum: usize,
-        /// The only term for which this holds, if others have it as well.
+        /// The only term for which this holds, if others contain it as well.
         term: Option<usize>,
-        /// How it is taken.
+        /// How it is evaluated.
         by: Interpolated,
     },
     /// A datum is 1.
@@ -37,31 +37,31 @@ pub enum Change {
         /// Its position.
         datum: usize,
     },
-    /// A term, or all, has another length in place of one.
+    /// A term, or all terms, has a different length instead of the given one.
     Size {
-        /// Its position; none of all.
+        /// Its position; `None` for all.
         term: Option<usize>,
-        /// The length that the form has.
+        /// The length in the form.
         of: Length,
-        /// Which.
+        /// The length in the code.
         size: Size,
     },
-    /// The normal points the other way in a term, or in all.
+    /// The normal has the opposite direction in a term, or in all.
     Normal {
-        /// Its position; none of all.
+        /// Its position; `None` for all.
         term: Option<usize>,
     },
     /// The coordinates of the vertices are rounded.
     Coordinates {
-        /// To which digits.
+        /// The precision of the rounded coordinates.
         digits: Digits,
     },
-    /// A term has test function and unknown exchanged.
+    /// In a term, test function and unknown are interchanged.
     Transposed {
         /// Its position.
         term: usize,
     },
-    /// A term is taken over another group.
+    /// A term is integrated over another group.
     Moved {
         /// Its position.
         term: usize,
@@ -79,14 +79,14 @@ pub enum Change {
     Part {
         /// Its position.
         term: usize,
-        /// Which part.
+        /// The part.
         part: Part,
     },
     /// A term has a factor 1 + a x.
     Varying {
         /// Its position.
         term: usize,
-        /// Which coordinate x is.
+        /// The index of the coordinate x.
         axis: usize,
     },
     /// The integral of an unknown times its test function is added, with a factor.
@@ -100,78 +100,78 @@ pub enum Change {
     Slope {
         /// The position of the unknown.
         unknown: usize,
-        /// Along which axis.
+        /// The axis of the derivative.
         axis: usize,
     },
-    /// The values on a group are not imposed as they are given.
+    /// The prescribed values on a group are not imposed.
     Given {
         /// The position of the condition in [`Problem::held`](crate::Problem::held).
         condition: usize,
-        /// What they are.
+        /// The values that are imposed.
         by: Given,
     },
     /// Dirichlet values are imposed by a penalty.
     Penalty {
-        /// How.
+        /// The kind of penalty.
         by: Penalty,
     },
-    /// In a scene of elasticity, without the terms on Γ_C: nothing holds the body there.
+    /// In a scene of elasticity, the terms on Γ_C are missing: the body is not constrained there.
     Uncoupled,
     /// In a scene of elasticity, an integral on Γ_C with the positive part of u_n - ψ is added, with a factor.
     Obstacle {
-        /// How.
+        /// The kind of penalty.
         by: Penalty,
     },
-    /// Right values are at each other's places.
+    /// Right values are permuted.
     Exchanged {
-        /// How many.
+        /// The number of values in wrong positions.
         count: usize,
-        /// Of how many.
+        /// The number of all values.
         of: usize,
     },
     /// A few values are wrong.
     Values {
-        /// How many.
+        /// The number of wrong values.
         count: usize,
-        /// Of how many.
+        /// The number of all values.
         of: usize,
-        /// Between which places they are.
+        /// The corners of their bounding box.
         between: [[f64; 3]; 2],
     },
-    /// Newton's method, from the start that all scripts have, was stopped early.
+    /// Newton's method, with the initial guess of all scripts, was stopped early.
     Stopped {
-        /// After which step, from 1.
+        /// The number of its last step, from 1.
         step: usize,
-        /// Of how many.
+        /// The number of steps to convergence.
         of: usize,
     },
     /// A term, or all over one measure, has a factor on some cells or facets.
     Some {
         /// Its position, or that of the first of them.
         term: usize,
-        /// Are all terms over its measure meant?
+        /// Does it concern all terms over its measure?
         is_all: bool,
         /// Cells or facets.
         domain: Domain,
-        /// How many.
+        /// The number of cells or facets with the factor.
         count: usize,
-        /// Of how many.
+        /// The number of all.
         of: usize,
-        /// Between which places their centres lie.
+        /// The corners of the bounding box of their centres.
         between: [[f64; 3]; 2],
     },
 }
 
-/// How a datum is taken.
+/// How a datum is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolated {
     /// At the quadrature points, although the form interpolates it.
     Points,
-    /// Interpolated by polynomials of this degree, continuous from 1 on; 0: by its value at the centre of each cell.
+    /// Interpolated by polynomials of this degree, continuous from 1 on; for 0, by its value at the centre of each cell.
     Degree(u8),
 }
 
-/// What may be taken in place of a length of the cell or facet.
+/// The lengths that may replace a length of the cell or facet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Size {
     /// Another length of the cell or facet.
@@ -185,16 +185,16 @@ pub enum Size {
 /// How a coordinate is rounded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Digits {
-    /// To so many significant digits.
+    /// To this number of significant digits.
     Significant(usize),
-    /// To so many decimals.
+    /// To this number of decimals.
     Decimals(usize),
     /// To a number in single precision.
     Single,
 }
 
 impl Digits {
-    /// The number that is left.
+    /// The rounded number.
     pub fn round(self, x: f64) -> f64 {
         let text = match self {
             Digits::Single => return f64::from(x as f32),
@@ -205,16 +205,16 @@ impl Digits {
     }
 }
 
-/// What values are in place of given ones.
+/// The values that are imposed instead of the prescribed ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Given {
-    /// Those with which the equations hold that the condition takes away: nothing is imposed.
+    /// Those that satisfy the equations that the condition replaces: nothing is imposed.
     Free,
-    /// The given ones times a number.
+    /// The prescribed ones times a number.
     Factor,
-    /// The given ones and a number.
+    /// The prescribed ones plus a number.
     Added,
-    /// Those of the function that is linear on each facet and right at its vertices.
+    /// Those of the function that is linear on each facet and interpolates at its vertices.
     Linear,
     /// Those of another condition, by its position.
     Of(usize),
@@ -222,7 +222,7 @@ pub enum Given {
     Projected(&'static str),
 }
 
-/// How a penalty imposes values: what has the factor k.
+/// How a penalty imposes values: the expression with the factor k.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Penalty {
     /// The difference u - g at each dof.
@@ -243,7 +243,7 @@ pub enum Part {
 }
 
 impl Change {
-    /// Is it there or not, without a number?
+    /// Is it a change without a number?
     pub fn is_whole(&self) -> bool {
         use Change::{Coordinates, Data, Moved, Normal, One, Rule, Size, Transposed};
         let is_of_data = matches!(self, Rule { .. } | Data { .. } | One { .. } | Size { .. });
@@ -260,7 +260,7 @@ impl Change {
             || matches!(self, Change::Given { by, .. } if !matches!(by, Given::Factor | Given::Added))
     }
 
-    /// Is it one of a whole term, datum or parameter, wherever that is?
+    /// Does it concern a whole term, datum or parameter, everywhere?
     pub fn is_everywhere(&self) -> bool {
         use Change::{Group, Part, Some, Varying};
         !matches!(
@@ -269,7 +269,7 @@ impl Change {
         )
     }
 
-    /// The term that it is of, where it is of one.
+    /// The term that it concerns, if it concerns one.
     pub(super) fn term(&self) -> Option<usize> {
         match *self {
             Change::Factor { term }
@@ -298,7 +298,7 @@ impl Change {
         }
     }
 
-    /// How far-fetched it is: of changes that explain the same, the smallest counts.
+    /// Its complexity: among changes that explain the same, the smallest counts.
     pub(super) fn rank(&self, factor: f64) -> usize {
         let is_plain = factor == 0.0 || factor == -1.0;
         match self {
@@ -307,7 +307,7 @@ impl Change {
             Change::Factor { .. } => 2,
             Change::Rule { .. } | Change::Data { .. } | Change::One { .. } => 3,
             Change::Size { .. } | Change::Normal { .. } | Change::Coordinates { .. } => 3,
-            // Where all cells are alike, the plain one is told.
+            // If all cells are congruent, the simpler one is reported.
             Change::Obstacle { by: Penalty::OverH } => 4,
             Change::Uncoupled | Change::Obstacle { .. } => 3,
             Change::Transposed { .. } | Change::Moved { .. } => 4,
@@ -326,21 +326,21 @@ impl Change {
 pub struct Cause {
     /// What is changed.
     pub change: Change,
-    /// The factor of a term or of a part of it, the value of a parameter, the a of 1 + a x; 1 of a change without a number.
+    /// The factor of a term or of a part of it, the value of the parameter, the a of 1 + a x; 1 for a change without a number.
     pub factor: f64,
 }
 
-/// Changes which together make a form that the result solves.
+/// Changes that together make a form that the result solves.
 #[derive(Debug, Clone)]
 pub struct Explanation {
     /// At most four.
     pub causes: Vec<Cause>,
-    /// What they leave: the largest row, over the sizes of rows.
+    /// The remaining residual: the largest row, relative to the sizes of the rows.
     pub left: f64,
-    /// The part of the residual that they explain, in the root of the sum of squares; 1 where they leave rounding.
+    /// The fraction of the residual that they explain, as the root of a sum of squares; 1 if they leave rounding.
     pub share: f64,
-    /// Do they leave no more than rounding? If not, they are the nearest that is known, and not the cause.
+    /// Do they leave no more than rounding? If not, they are the closest known changes, and not the cause.
     pub is_exact: bool,
-    /// Other changes that leave no more than rounding either.
+    /// Other changes that leave no more than rounding.
     pub alike: Vec<Vec<Cause>>,
 }

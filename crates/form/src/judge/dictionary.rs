@@ -1,4 +1,4 @@
-//! All changes of a form that are looked for, each as what it adds to the residual.
+//! All changes of a form that are tried, each as its contribution to the residual.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use crate::own::{Assembler, Wanted, Work};
 use crate::problem::{Bilinear, Domain, Element, Integral, Problem, Space};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Scalars, Side};
 
-/// A change, and what makes its vector.
+/// A change, and the source of its vector.
 pub struct Entry {
     pub change: Change,
     make: Make,
@@ -22,24 +22,24 @@ pub struct Entry {
 enum Make {
     /// The vector of this term.
     Term(usize),
-    /// The derivative of F by a parameter.
+    /// The derivative of F with respect to a parameter.
     Parameter(usize),
-    /// Integrals of a problem with the same spaces by these rules, each less the vector of the term that it is in place of, if of any.
+    /// Integrals of a problem with the same spaces by these rules, each minus the vector of the term that it replaces, if any.
     Integrals {
         problem: Box<Problem>,
         integrals: Vec<Integral>,
         rules: [Rule; 2],
         less: Vec<usize>,
     },
-    /// The form on vertices that are elsewhere, less the form.
+    /// The form on moved vertices, minus the form.
     Coordinates(Digits),
 }
 
-/// Derivatives by parameters are differences over this part of their values.
+/// The relative step of finite differences with respect to parameters.
 const STEP: f64 = 1e-4;
 
 impl Entry {
-    /// What the change adds to the residual where the parameters have these values and the terms these factors.
+    /// The contribution of the change to the residual for these parameter values and factors of terms.
     pub fn vector(&self, residual: &Residual<'_>, parameters: &[f64], factors: &[f64]) -> Vec<f64> {
         match &self.make {
             Make::Term(term) => term_at(residual, *term, parameters),
@@ -165,8 +165,8 @@ pub fn dictionary(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
     with_vectors(residual, all)
 }
 
-/// What is looked for where nothing else explains a result, as it takes a form on another mesh each. A result on vertices that are farther
-/// off is not one of the form's mesh.
+/// Changes to try if nothing else explains a result, since each needs a form on another mesh. A result on vertices that are farther
+/// away is not one on the form's mesh.
 pub fn coordinates(residual: &Residual<'_>) -> Vec<(Entry, Vec<f64>)> {
     let each = (6..=8).flat_map(|k| [Digits::Significant(k), Digits::Decimals(k)]);
     let all = each.chain([Digits::Single]).map(|digits| Entry {
@@ -196,7 +196,7 @@ fn changed(change: Change, problem: &Problem, integrals: Vec<Integral>, less: Ve
     }
 }
 
-/// Every rule that a code may take on cells (0) or facets (1): in all terms, and in each if they are several.
+/// Every rule that a code may use on cells (0) or facets (1): in all terms, and in each if there are several.
 fn rules(problem: &Problem, place: usize, all: &mut Vec<Entry>) {
     let dim = problem.dim - place;
     let is_here = |k: &usize| {
@@ -212,7 +212,7 @@ fn rules(problem: &Problem, place: usize, all: &mut Vec<Entry>) {
     for rule in problem.cells.rules(dim) {
         let mut rules = own.clone();
         let name = rule.name;
-        // Those with other points now.
+        // The terms that now have other points.
         let terms: Vec<usize> = terms.iter().filter(|k| !has(k, name)).copied().collect();
         rules[place] = rule;
         let mut push = |term: Option<usize>, terms: &[usize]| {
@@ -242,7 +242,7 @@ fn rules(problem: &Problem, place: usize, all: &mut Vec<Entry>) {
     }
 }
 
-/// The term on each of its groups alone, and on each other group of the boundary.
+/// The term on each of its groups only, and on each other group of the boundary.
 fn groups(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
     let integral = &problem.integrals[term];
     let measure = &integral.measure;
@@ -318,7 +318,7 @@ fn parts(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
     }
 }
 
-/// Test function and unknown exchanged, where the term is linear in the unknown.
+/// Test function and unknown interchanged, if the term is linear in the unknown.
 fn transposed(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
     let mut problem = problem.clone();
     let mut integral = problem.integrals[term].clone();
@@ -345,7 +345,7 @@ fn transposed(problem: &Problem, term: usize, all: &mut Vec<Entry>) {
     all.push(changed(change, &problem, vec![integral], vec![term]));
 }
 
-/// A datum that is interpolated, or 1: in all terms that have it, and in each if they are several.
+/// A datum that is interpolated, or 1: in all terms that contain it, and in each if there are several.
 fn data(problem: &Problem, datum: usize, all: &mut Vec<Entry>) {
     let is_it = |leaf: &Leaf| leaf.field == Field::Datum(datum);
     let has = |integral: &Integral| {
@@ -405,7 +405,7 @@ fn data(problem: &Problem, datum: usize, all: &mut Vec<Entry>) {
     all.push(changed(change, &problem, integrals, terms));
 }
 
-/// The terms that have some nodes, and all terms with others in their place.
+/// The terms that contain some nodes, and all terms with these nodes replaced.
 fn replaced(
     problem: &Problem,
     with: impl Fn(&mut Scalars, Node) -> Option<Id>,
@@ -430,7 +430,7 @@ fn replaced(
     (terms, problem, integrals)
 }
 
-/// Another length for h, and another normal: in all terms that have it, and in each if they are several.
+/// Another length for h, and another normal: in all terms that contain it, and in each if there are several.
 fn sizes(residual: &Residual<'_>, all: &mut Vec<Entry>) {
     let (problem, mesh) = (residual.problem, &residual.assembler.mesh);
     let mut push = |change: &dyn Fn(Option<usize>) -> Change,
@@ -486,7 +486,7 @@ fn sizes(residual: &Residual<'_>, all: &mut Vec<Entry>) {
     }
 }
 
-/// What holds a body on Γ_C of a scene of elasticity: nothing, or a penalty.
+/// The constraint of a body on Γ_C of a scene of elasticity: none, or a penalty.
 fn obstacle(problem: &Problem, all: &mut Vec<Entry>) {
     let Some(parts) = &problem.parts else { return };
     let of_name = |name: &String| find_group(&problem.groups, name, problem.dim - 1).ok();
@@ -504,7 +504,7 @@ fn obstacle(problem: &Problem, all: &mut Vec<Entry>) {
         integral.terms.values_mut().for_each(|value| *value = zero);
         (problem, integral)
     });
-    // The scalar 0 has one place in all of them.
+    // The scalar 0 has the same position in all of them.
     let (problems, nothing): (Vec<Problem>, Vec<Integral>) = nothing.unzip();
     if let Some(with) = problems.first() {
         all.push(changed(Change::Uncoupled, with, nothing, terms));
@@ -537,7 +537,7 @@ fn obstacle(problem: &Problem, all: &mut Vec<Entry>) {
     }
 }
 
-/// What may be added: the product of an unknown, or a partial derivative of it, and its test function.
+/// Terms that may be added: the product of an unknown, or a partial derivative of it, and its test function.
 fn added(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
     let (mut problem, dim) = (problem.clone(), problem.dim);
     let is_vector = problem.unknowns[unknown].space.element.is_vector();
@@ -573,7 +573,7 @@ fn added(problem: &Problem, unknown: usize, all: &mut Vec<Entry>) {
     }
     let own = problem.rules();
     let others = problem.cells.rules(problem.dim).into_iter();
-    // Those that are exact for the product give the same.
+    // Rules that are exact for the product give the same.
     let degree = 2 * problem.unknowns[unknown].space.element.degree();
     let others = others.filter(|rule| rule.name != own[0].name && rule.degree < degree);
     let each = others.map(|rule| (Some(rule.name), rule));

@@ -1,4 +1,4 @@
-//! What a result solves in place of a form: the changes of the form's dictionary as a scheme for the recovery.
+//! Finds the form that a result solves instead of the given one: the changes of the form's dictionary as a scheme for the recovery.
 
 use super::change::{Cause, Change, Explanation};
 use super::dictionary::{Entry, coordinates, dictionary};
@@ -6,33 +6,33 @@ use super::local::local;
 use super::recovery::{Column, PLAINEST, Recovered, Scheme, Trial, recover};
 use super::residual::{Residual, add, largest, norm};
 
-/// Rows that leave no more than this, over their sizes, are left with rounding.
+/// Residuals of rows up to this, relative to their sizes, are rounding.
 const ROUNDING: f64 = 1e-13;
-/// Of numbers that were rounded when they were written, a row may be off by so many of their last digits.
+/// If numbers were rounded when they were written, a row may be wrong by this many units of their last digits.
 const WRITTEN: f64 = 4.0;
-/// The nearest change is told if it explains this part.
+/// The closest change is reported if it explains this fraction.
 const NEAREST: f64 = 0.5;
-/// Changes in one explanation.
+/// The most changes in one explanation.
 const MOST: usize = 4;
-/// Other explanations that are told.
+/// The most further explanations that are reported.
 const ALIKE: usize = 3;
 
-/// A form with changes of it.
+/// A form with its possible changes.
 struct Changes<'a> {
     residual: &'a Residual<'a>,
     rounding: f64,
     changes: Vec<Change>,
-    /// What makes a vector where parameters or factors are others; none of changes in some cells.
+    /// The source of the vector for other parameters or factors; `None` for changes in some cells.
     entries: Vec<Option<Entry>>,
     columns: Vec<Column>,
 }
 
-/// What counts as rounding in rows, over their sizes.
+/// The bound for rounding in rows, relative to their sizes.
 pub fn limit(unit: f64) -> f64 {
     ROUNDING.max(WRITTEN * unit)
 }
 
-/// Why a result does not solve a form; none where no change that is known explains half of it.
+/// Why a result does not solve a form; `None` if no known change explains half of the residual.
 pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
     let b = wanted(residual, &residual.values);
     let rounding = limit(unit);
@@ -50,13 +50,13 @@ pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
     others.filter(|others| others.is_exact).or(found)
 }
 
-/// What changes have to add to rows, over their sizes.
+/// The contribution that changes must add to rows, relative to their sizes.
 pub fn wanted(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
     let all = residual.goal.iter().zip(values);
     scaled(residual, &all.map(|(goal, r)| goal - r).collect::<Vec<_>>())
 }
 
-/// Over the sizes of rows.
+/// Relative to the sizes of rows.
 fn scaled(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
     let all = values.iter().zip(&residual.sizes);
     all.map(|(r, size)| if *size > 0.0 { r / size } else { 0.0 })
@@ -64,7 +64,7 @@ fn scaled(residual: &Residual<'_>, values: &[f64]) -> Vec<f64> {
 }
 
 impl<'a> Changes<'a> {
-    /// Of entries with what they add to rows; what is nothing here explains nothing.
+    /// From entries with their contributions to rows; changes without an effect here are left out.
     fn new(residual: &'a Residual<'a>, rounding: f64, all: Vec<(Entry, Vec<f64>)>) -> Self {
         let mut found = Changes {
             residual,
@@ -101,7 +101,7 @@ impl<'a> Changes<'a> {
         let Recovered { exact, singles } = recover(self, b, self.rounding, MOST);
         let mut exact = exact.into_iter();
         if let Some(found) = exact.next() {
-            // Beside a plain change a far-fetched one is no second opinion.
+            // If there is a simple change, a complex one is not an alternative.
             let most = found.rank(self).max(10 * found.of.len() + PLAINEST);
             let others = exact.filter(|trial| trial.rank(self) <= most);
             return Some(Explanation {
@@ -150,7 +150,7 @@ impl<'a> Changes<'a> {
         all.into_iter().map(|(_, cause)| cause).collect()
     }
 
-    /// What is told of a number.
+    /// The reported form of a number.
     fn factor(&self, change: usize, delta: f64) -> f64 {
         match &self.changes[change] {
             Change::Parameter { parameter } => self.residual.parameters[*parameter] + delta,
@@ -169,7 +169,7 @@ impl Scheme for Changes<'_> {
         &self.columns
     }
 
-    /// F may depend on parameters in any way, and a factor of a term is one of what else is changed in it.
+    /// F may depend on parameters in any way, and the factor of a term multiplies other changes in it.
     fn left(&self, changes: &[(usize, f64)]) -> Option<Vec<f64>> {
         let residual = self.residual;
         let mut parameters = residual.parameters.clone();
@@ -202,8 +202,8 @@ impl Scheme for Changes<'_> {
         self.changes[change].rank(self.factor(change, number))
     }
 
-    /// In a term that is missing nothing else matters, nor is another one in its place; and the changed form still says something in each row: where all that a row is made of
-    /// is taken away, it holds whatever the result is.
+    /// If a term is missing, other changes of it do not matter, nor does its replacement; and the changed form must still have terms in each row: if all terms of a row
+    /// are removed, it holds for any result.
     fn is_sound(&self, trial: &Trial) -> bool {
         let Residual { terms, sizes, .. } = self.residual;
         let each = trial.of.iter().zip(&trial.deltas);

@@ -1,7 +1,7 @@
-//! What the values on Dirichlet groups are, where they are not the given ones: the values themselves tell.
+//! Determines the values on Dirichlet groups from the result, if they are not the prescribed ones.
 //!
-//! Other values are compared one by one. A condition that is not imposed at all, or by a penalty, shows in the rows that it takes away: they
-//! hold with what the penalty adds.
+//! Other values are compared one by one. A condition that is not imposed at all, or by a penalty, shows in the rows that it replaces: they
+//! hold with the terms of the penalty.
 
 use std::collections::BTreeMap;
 
@@ -16,14 +16,14 @@ use crate::own::{Shape, facets, is_on_facet, value};
 use crate::problem::{Domain, Held, Integral, Measure, Problem};
 use crate::scalar::{Field, Id, Leaf, Length, Node, Side};
 
-/// Values are the same up to this part of the largest, and a row holds up to this part of what it is made of.
+/// Values are equal up to this fraction of the largest, and a row holds up to this fraction of its size.
 const ROUNDING: f64 = 1e-12;
-/// Of numbers that were rounded when they were written, a value may be off by so many of their last digits.
+/// If numbers were rounded when they were written, a value may be wrong by this many units of their last digits.
 const WRITTEN: f64 = 4.0;
-/// A penalty leaves no more than this part of the rows that it explains.
+/// A penalty leaves at most this fraction of the rows that it explains.
 const EXPLAINED: f64 = 1e-6;
 
-/// Differences of which rounding is more than this part explain nothing.
+/// Differences of which rounding is more than this fraction explain nothing.
 const CLEAR: f64 = 0.1;
 
 /// A dof on a facet of a condition.
@@ -32,11 +32,11 @@ struct Place {
     at: [f64; 3],
     /// The value of g.
     given: f64,
-    /// What the values of g at the vertices of the facet say there.
+    /// The linear interpolation of g from the vertices of the facet.
     linear: f64,
 }
 
-/// A component of an unknown that is given on a group.
+/// A component of an unknown that is prescribed on a group.
 struct Condition {
     held: Held,
     component: usize,
@@ -44,7 +44,7 @@ struct Condition {
     places: Vec<Place>,
 }
 
-/// A change for each condition whose values are others; none if one of them is not known. Vectors held as a whole are not looked at.
+/// A change for each condition with other values; `None` if one of them is unknown. Functions of vectors as a whole are not examined.
 pub fn explain(residual: &Residual<'_>, unit: f64) -> Vec<Cause> {
     let held = residual.problem.held().into_iter().enumerate();
     let all = held.filter_map(|(k, held)| Some((k, condition(residual, held)?)));
@@ -78,7 +78,7 @@ pub fn explain(residual: &Residual<'_>, unit: f64) -> Vec<Cause> {
     each.collect::<Option<Vec<Cause>>>().unwrap_or_default()
 }
 
-/// The dofs of a condition; none of one that holds vectors as a whole.
+/// The dofs of a condition; `None` if it prescribes vectors as a whole.
 fn condition(residual: &Residual<'_>, held: Held) -> Option<Condition> {
     let (problem, assembler) = (residual.problem, &residual.assembler);
     let (mesh, dofs) = (&assembler.mesh, &assembler.dofs);
@@ -122,9 +122,9 @@ fn condition(residual: &Residual<'_>, held: Held) -> Option<Condition> {
 /// The values of a result where some are given.
 struct Values<'a> {
     residual: &'a Residual<'a>,
-    /// By dof what conditions give, by their positions; the last one counts.
+    /// By dof the values of conditions, with their positions; the last one counts.
     given: BTreeMap<usize, Vec<(usize, f64)>>,
-    /// Up to which values are the same.
+    /// The tolerance for equal values.
     same: f64,
 }
 
@@ -133,7 +133,7 @@ impl Values<'_> {
         (self.residual.u[dof] - value).abs() <= self.same
     }
 
-    /// The places that no later condition has taken over, and whose value is none of those that are given there.
+    /// The dofs that no later condition prescribes, and whose value is none of the prescribed ones.
     fn off<'b>(&'b self, k: usize, condition: &'b Condition) -> impl Iterator<Item = &'b Place> {
         let is_off = move |place: &&Place| {
             let given = &self.given[&place.dof];
@@ -143,7 +143,7 @@ impl Values<'_> {
         condition.places.iter().filter(is_off)
     }
 
-    /// How one condition is imposed, or what its values are.
+    /// How one condition is imposed, or which values are.
     fn cause(
         &self,
         k: usize,
@@ -151,7 +151,7 @@ impl Values<'_> {
         all: &[(usize, Condition)],
     ) -> Option<(Given, f64)> {
         let off: Vec<&Place> = self.off(k, condition).collect();
-        // Has the result these values, or where conditions meet those of another?
+        // Does the result have these values, or those of another condition where conditions meet?
         let fits = |values: &dyn Fn(&Place) -> f64| {
             condition.places.iter().all(|place| {
                 let others = self.given[&place.dof]
@@ -178,7 +178,7 @@ impl Values<'_> {
             .map(|place| u[place.dof] - place.given)
             .sum::<f64>()
             / off.len() as f64;
-        // One value alone has any factor.
+        // A single value has any factor.
         let has_many = off.len() > 1;
         if fits(&|_| 0.0) {
             return Some((Given::Factor, 0.0));
@@ -228,7 +228,7 @@ impl Values<'_> {
         })
     }
 
-    /// The projection of g in L² on the facets of a condition: on each by itself, with the average where they meet, or on all of them as a
+    /// The projection of g in L² on the facets of a condition: on each facet separately, with the average where they meet, or on all of them as a
     /// whole; on facets of triangles and tetrahedra.
     fn projected(
         &self,
@@ -337,7 +337,7 @@ impl Values<'_> {
         ];
         ways.into_iter().find_map(|(by, m)| {
             let k = -dot(&r, &m) / dot(&m, &m);
-            // Of a small difference rounding of u leaves few digits.
+            // For a small difference, rounding of u leaves few digits.
             let rest = r.iter().zip(&m).zip(&dofs).map(|((r, m), dof)| {
                 let digits = k * self.same + ROUNDING * sizes[*dof];
                 ((r + k * m).abs() - digits).max(0.0)
@@ -351,7 +351,7 @@ impl Values<'_> {
         })
     }
 
-    /// ∫ (u - g) v over the facets of all conditions, or the same over the diameter of the cell.
+    /// ∫ (u - g) v over the facets of all conditions, or the same divided by the diameter of the cell.
     fn integrated(&self, all: &[(usize, Condition)], is_over_h: bool) -> Vec<f64> {
         let residual = self.residual;
         let mut sum = vec![0.0; residual.u.len()];

@@ -1,19 +1,19 @@
-//! What shows only beside the solution: right values at other places, a few wrong ones, and a step of Newton's method that was the last one.
+//! Faults that only show in comparison with the solution: permuted values, a few wrong ones, and a step of Newton's method that was the last one.
 
 use super::change::{Cause, Change, Explanation};
 use super::residual::{Residual, dot, largest};
 use crate::own::{places, solve_with};
 
-/// Values are the same up to this part of the largest difference, and of the largest value.
+/// Values are equal up to this fraction of the largest difference, and of the largest value.
 const SAME: [f64; 2] = [1e-6, 1e-12];
-/// Of numbers that were rounded when they were written, a value may be off by so many of their last digits.
+/// If numbers were rounded when they were written, a value may be wrong by this many units of their last digits.
 const WRITTEN: f64 = 4.0;
-/// One in so many values are a few.
+/// At most one of this number of values may be wrong.
 const FEW: usize = 20;
-/// An iterate is the result if its error is that of the result up to this part.
+/// An iterate is the result if their errors agree up to this fraction.
 const NEAR: f64 = 1e-3;
 
-/// Solves the form, and compares; none where it has no solution, or where the values say nothing.
+/// Solves the form, and compares; `None` if it has no solution, or if the values are not conclusive.
 pub fn explain(residual: &Residual<'_>, unit: f64) -> Option<Explanation> {
     let mut steps: Vec<Vec<f64>> = Vec::new();
     let solution = solve_with(residual.problem, residual.source, |u| {

@@ -1,4 +1,4 @@
-//! Terms that are different on a few cells or facets: from what each of them adds, by one pass over those that touch a row that does not hold.
+//! Finds terms that differ on a few cells or facets, from the contributions of those that touch a row that does not hold.
 
 use faceoff_fem::linear::General;
 
@@ -8,22 +8,22 @@ use super::residual::{Residual, largest};
 use crate::own::{Entity, Work};
 use crate::problem::{Bilinear, Domain};
 
-/// Cells of one change that are found one after the other.
+/// The most cells of one change that are found one after the other.
 const CELLS: usize = 6;
-/// A change in more than this part of the rows is none of a few cells.
+/// A change in more than this fraction of the rows is not local.
 const ROWS: f64 = 0.5;
-/// Cells or facets that are looked at.
+/// The most cells or facets that are examined.
 const MOST: usize = 20_000;
-/// Factors that differ by less are one.
+/// Factors that differ by less are equal.
 const SAME: f64 = 1e-6;
 
-/// What a cell or facet adds to some rows, over their sizes.
+/// The contribution of a cell or facet to some rows, relative to their sizes.
 struct Part {
     at: [f64; 3],
     rows: Vec<(usize, f64)>,
 }
 
-/// The changes of each term on some cells or facets, with one factor, that explain what is wanted or come nearest.
+/// The changes of each term on some cells or facets, with one factor, that explain the residual or come closest.
 pub fn local(residual: &Residual<'_>, b: &[f64], rounding: f64) -> Vec<(Change, Column)> {
     let failing = b.iter().filter(|b| b.abs() > rounding).count();
     let free = residual.held.is_held.iter().filter(|is| !**is).count();
@@ -32,7 +32,7 @@ pub fn local(residual: &Residual<'_>, b: &[f64], rounding: f64) -> Vec<(Change, 
     }
     let integrals = &residual.problem.integrals;
     let alone = (0..integrals.len()).map(|term| vec![term]);
-    // All terms over one measure, as where a code leaves out a facet.
+    // All terms over one measure, for a code that skips a facet.
     let firsts = (0..integrals.len()).filter_map(|first| {
         let same = |k: &usize| integrals[*k].measure == integrals[first].measure;
         let all: Vec<usize> = (0..integrals.len()).filter(same).collect();
@@ -49,7 +49,7 @@ pub fn local(residual: &Residual<'_>, b: &[f64], rounding: f64) -> Vec<(Change, 
     each.collect()
 }
 
-/// The cells or facets of terms over one measure that touch rows which do not hold, and how many there are in all.
+/// The cells or facets of terms over one measure that touch rows which do not hold, and the number of all.
 fn parts(
     residual: &Residual<'_>,
     terms: &[usize],
@@ -115,10 +115,10 @@ fn centre(residual: &Residual<'_>, work: &Work, entity: &Entity) -> [f64; 3] {
     std::array::from_fn(|axis| own.clone().map(|at| at[axis]).sum::<f64>() / count)
 }
 
-/// The change by its cells and facets, and its factor less 1.
+/// The change with its cells and facets, and its factor minus 1.
 type Chosen = Vec<usize>;
 
-/// The cell that helps most, then the next one, until nothing is left.
+/// The cell that reduces the residual most, then the next one, until nothing is left.
 fn by_turns(parts: &[Part], b: &[f64], rounding: f64) -> Chosen {
     let mut rest = b.to_vec();
     let mut chosen = Vec::new();
@@ -141,7 +141,7 @@ fn by_turns(parts: &[Part], b: &[f64], rounding: f64) -> Chosen {
     chosen
 }
 
-/// Facets share few rows, so that the factors of all follow at once; those that have the factor of the largest are chosen.
+/// Facets share few rows, so the factors of all follow at once; those with the factor of the largest are chosen.
 fn together(parts: &[Part], b: &[f64]) -> Chosen {
     let mut of_rows: std::collections::BTreeMap<usize, Vec<(usize, f64)>> = Default::default();
     for (k, part) in parts.iter().enumerate() {
@@ -177,7 +177,7 @@ fn together(parts: &[Part], b: &[f64]) -> Chosen {
     (0..parts.len()).filter(is_it).collect()
 }
 
-/// What the chosen ones add together.
+/// The sum of the contributions of the chosen ones.
 fn column(
     residual: &Residual<'_>,
     terms: &[usize],
@@ -195,7 +195,7 @@ fn column(
             between[1][axis] = between[1][axis].max(*x);
         }
     }
-    // All of them are the whole term.
+    // All of them together are the whole term.
     let is_some = !chosen.is_empty() && chosen.len() < of && vector.iter().any(|d| *d != 0.0);
     is_some.then(|| {
         let change = Change::Some {

@@ -1,7 +1,7 @@
-//! Does a result of any code solve a form? The residual of its dofs, by row and by term, with Dirichlet values and means; and where it does
-//! not, which change of the form it would solve.
+//! Decides whether a result of any code solves a form: the residual of its dofs, by row and by term, with Dirichlet values and means; and if
+//! not, which changed form it solves.
 //!
-//! Every change that is known is a vector: what it adds to the residual at the result. The fewest of them that leave nothing but rounding are
+//! Every known change is a vector: its contribution to the residual at the result. The fewest of them that leave only rounding are
 //! the cause ([`Explanation`]).
 
 mod change;
@@ -24,39 +24,39 @@ pub use stated::{Equations, equations};
 use crate::own::places;
 use crate::problem::Problem;
 
-/// What a result leaves of a form.
+/// The judgement of a result in a form.
 #[derive(Debug)]
 pub struct Judged {
-    /// Its dofs.
+    /// The number of its dofs.
     pub dofs: usize,
-    /// Those that are not given.
+    /// The number of those that are not prescribed.
     pub free: usize,
     /// The rows of free dofs, the largest error first.
     pub rows: Vec<Row>,
     /// Dirichlet values, the largest error first.
     pub held: Vec<Row>,
-    /// Given means: the unknown, and by how much its mean is off, over the mean of its absolute value or the given one.
+    /// Prescribed means: the unknown, and the error of its mean, relative to the mean of its absolute value or the prescribed one.
     pub means: Vec<(usize, f64)>,
     /// The terms of F, in their order.
     pub terms: Vec<Term>,
-    /// The change of the form that the result solves; none where it solves the form itself, or none is known.
+    /// The change to the form that the result solves; `None` if it solves the given form, or none is known.
     pub explanation: Option<Explanation>,
-    /// What Dirichlet values are in place of the given ones: a change for each condition, if all are known.
+    /// The values that replace the Dirichlet values: a change for each condition, if all are known.
     pub given: Vec<Cause>,
 }
 
-/// An equation, or a given value.
+/// An equation, or a prescribed value.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     /// The position of the unknown.
     pub unknown: usize,
-    /// Its component; 0 of a vector as a whole.
+    /// Its component; 0 for a vector as a whole.
     pub component: usize,
-    /// Where its dof is.
+    /// The position of its dof.
     pub at: [f64; 3],
-    /// The residual over the sum of the sizes of what it is made of; of a given value the difference over the largest value.
+    /// The residual relative to the sum of the absolute values of its terms; for a prescribed value the difference relative to the largest value.
     pub error: f64,
-    /// The residual itself; of a given value the difference.
+    /// The residual; for a prescribed value the difference.
     pub residual: f64,
     /// The term of F that is largest in this row.
     pub term: usize,
@@ -67,15 +67,15 @@ pub struct Row {
 pub struct Term {
     /// Its text.
     pub text: String,
-    /// Its largest row, over the sizes of rows.
+    /// Its largest row, relative to the sizes of the rows.
     pub largest: f64,
 }
 
-/// Puts the fields of a result, which have the names of the unknowns, into a form; `unit` is the relative error with which its numbers were
-/// written.
+/// Substitutes the fields of a result, which have the names of the unknowns, into a form; `unit` is the relative precision of its numbers
+/// in the file.
 ///
 /// # Errors
-/// A result on another mesh, fields that are not there or are no functions of the spaces, and a form of several steps in time.
+/// A result on another mesh, fields that are missing or are not functions of the spaces, and a form of several time steps.
 pub fn judge(problem: &Problem, source: &Mesh, result: &Mesh, unit: f64) -> Result<Judged> {
     let residual = Residual::new(problem, source, result, unit)?;
     let (rows, held) = rows(&residual);
@@ -122,7 +122,7 @@ fn relative(value: f64, size: f64) -> f64 {
     }
 }
 
-/// The rows of free and of given dofs, the largest error first.
+/// The rows of free and of prescribed dofs, the largest error first.
 fn rows(residual: &Residual<'_>) -> (Vec<Row>, Vec<Row>) {
     let (u, held) = (&residual.u, &residual.held);
     let largest = u.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
@@ -155,7 +155,7 @@ fn rows(residual: &Residual<'_>) -> (Vec<Row>, Vec<Row>) {
     (free_rows, held_rows)
 }
 
-/// By how much given means are off.
+/// The errors of prescribed means.
 fn off_means(residual: &Residual<'_>) -> Vec<(usize, f64)> {
     let means = residual.problem.means.iter().zip(&residual.means);
     let off = means.map(|(mean, (row, wanted))| {

@@ -1,89 +1,89 @@
-//! The fewest changes of a scheme that leave nothing of a residual.
+//! Finds the fewest changes of a scheme that explain a residual.
 //!
-//! With b = -F(u; ·) and the vectors d_k of the changes, over the sizes of rows, b = Σ δ_k d_k is sought with few δ_k that are not 0: first with
-//! each change alone, then with each pair, then by adding the one that helps most (orthogonal matching pursuit: Y. Pati, R. Rezaiifar,
-//! P. Krishnaprasad, Asilomar 1993). A change counts as the cause only if all rows are left with rounding.
+//! With b = -F(u; ·) and the vectors d_k of the changes, relative to the sizes of rows, b = Σ δ_k d_k is solved for few nonzero δ_k: first with
+//! single changes, then with pairs, then by adding the one that reduces the residual most (orthogonal matching pursuit: Y. Pati, R. Rezaiifar,
+//! P. Krishnaprasad, Asilomar 1993). A change counts as the cause only if it leaves rounding in all rows.
 
 use faceoff_mesh::parallel;
 
 pub use super::residual::largest;
 use super::residual::{add, dot, norm};
 
-/// A cause leaves no more than this part of the largest row.
+/// A candidate leaves at most this fraction of the largest row.
 const CONTRAST: f64 = 1e-2;
-/// Changes that are tried in pairs.
+/// The number of changes that are tried in pairs.
 const PAIRED: usize = 120;
-/// Pairs, and changes beside one, that are looked at closely.
+/// The number of pairs, and of changes in addition to one, that are examined closely.
 const CLOSELY: usize = 24;
-/// Steps of Newton's method for the numbers of changes, which begin where no more than this part of the largest row is left.
+/// The most steps of Newton's method for the numbers of changes, which begins if at most this fraction of the largest row is left.
 const MOST_STEPS: usize = 12;
 const NEAR: f64 = 0.3;
-/// They go on while each leaves no more than this part of what the one before has left.
+/// It continues while each step leaves at most this fraction of the residual of the one before.
 const SLOW: f64 = 0.7;
-/// Derivatives by numbers are differences over this part of their sizes.
+/// The relative step of finite differences.
 const STEP: f64 = 1e-4;
-/// A number is a plain one, such as -1, if it is this near.
+/// A number is replaced by a simple one, such as -1, if it is this near.
 const PLAIN: f64 = 1e-6;
-/// With three changes or more anything can be had of those that are beyond this rank.
+/// Three changes or more whose rank is beyond this can explain anything.
 pub const PLAINEST: usize = 5;
 
-/// A scheme in which a result leaves something, and the changes of it that are looked for.
+/// A scheme with a residual, and the changes to try.
 pub trait Scheme {
-    /// What each change adds to the rows.
+    /// The contribution of each change to the rows.
     fn columns(&self) -> &[Column];
 
-    /// b with all of these changes, each with its number; none where no more is known of one of them than its vector.
+    /// b with all of these changes, each with its number; `None` if only the vector of one of them is known.
     fn left(&self, changes: &[(usize, f64)]) -> Option<Vec<f64>>;
 
-    /// Is what these changes add together not the sum of what each adds, or no multiple of its number?
+    /// Is the effect of these changes together not the sum of their effects, or not a multiple of the number?
     fn is_curved(&self, of: &[usize]) -> bool;
 
-    /// How far-fetched a change is: of those that explain the same, the smallest counts.
+    /// The complexity of a change: among those that explain the same, the smallest counts.
     fn rank(&self, change: usize, number: f64) -> usize;
 
-    /// May these changes be a cause at all?
+    /// Are these changes admissible as a cause?
     fn is_sound(&self, trial: &Trial) -> bool;
 }
 
-/// What a change adds to the rows, over their sizes.
+/// The contribution of a change to the rows, relative to their sizes.
 #[derive(Debug, Clone)]
 pub struct Column {
-    /// For each row; of a change with a number, for the number 1, or by a unit of it where it is 0.
+    /// For each row; for a change with a number, the contribution for the number 1, or by a unit of it if it is 0.
     pub vector: Vec<f64>,
     /// vector · vector
     pub square: f64,
-    /// Is it there or not, without a number?
+    /// Is it a change without a number?
     pub is_whole: bool,
-    /// What is small for its number is small against this.
+    /// The scale of its number.
     pub size: f64,
-    /// Numbers that are meant where one is near.
+    /// Simple numbers, which replace one that is near.
     pub plain: &'static [f64],
-    /// From where Newton's method is tried where least squares lead nowhere; with them no step is longer than twice the size.
+    /// Further initial guesses for Newton's method if least squares fail; with them a step is at most twice the size.
     pub starts: &'static [f64],
 }
 
-/// Some changes, their numbers, and the largest row that they leave.
+/// Some changes, their numbers, and the largest remaining row.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// By their positions.
     pub of: Vec<usize>,
     /// In the same order.
     pub deltas: Vec<f64>,
-    /// Over the size of the row.
+    /// Relative to the size of the row.
     pub left: f64,
 }
 
-/// What was found.
+/// The result of the search.
 #[derive(Debug)]
 pub struct Recovered {
     /// Those that leave rounding, the simplest first.
     pub exact: Vec<Trial>,
-    /// Each change alone, with the number that leaves least.
+    /// Each single change, with the number that leaves least.
     pub singles: Vec<Trial>,
 }
 
 impl Column {
-    /// Of a change without a number.
+    /// For a change without a number.
     pub fn whole(vector: Vec<f64>) -> Self {
         Column {
             is_whole: true,
@@ -91,7 +91,7 @@ impl Column {
         }
     }
 
-    /// Of a change with a number of this size.
+    /// For a change with a number of this size.
     pub fn number(vector: Vec<f64>, size: f64) -> Self {
         Column {
             square: dot(&vector, &vector),
@@ -104,7 +104,7 @@ impl Column {
     }
 }
 
-/// Looks for the fewest changes, at most so many, that leave no more than rounding of b.
+/// Finds the fewest changes, up to a number of them, that leave no more than rounding of b.
 pub fn recover(scheme: &dyn Scheme, b: &[f64], rounding: f64, most: usize) -> Recovered {
     let search = Search {
         scheme,
@@ -129,7 +129,7 @@ pub fn recover(scheme: &dyn Scheme, b: &[f64], rounding: f64, most: usize) -> Re
 }
 
 impl Trial {
-    /// The order of explanations that leave the same: few changes before many, then plain ones before far-fetched ones.
+    /// The order of explanations with the same remainder: few changes before many, then simple ones before complex ones.
     pub fn rank(&self, scheme: &dyn Scheme) -> usize {
         let each = self.of.iter().zip(&self.deltas);
         let each = each.map(|(k, delta)| scheme.rank(*k, *delta));
@@ -150,7 +150,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The δ that leave least in the sum of squares.
+    /// The δ with the least sum of squares.
     fn fit(&self, of: Vec<usize>) -> Trial {
         let vectors: Vec<&[f64]> = of.iter().map(|k| &*self.columns[*k].vector).collect();
         let (deltas, left) = fitted(&vectors, self.b);
@@ -166,7 +166,7 @@ impl Search<'_> {
         rest
     }
 
-    /// Those trials that leave rounding, once changes without a number have none and all others have their exact ones.
+    /// Those trials that leave rounding, after the numbers of changes without one are removed and all others are solved for exactly.
     fn exact(&self, trials: &[Trial]) -> Vec<Trial> {
         let near = trials.iter().flat_map(|trial| {
             let is_near = trial.left <= NEAR * largest(self.b);
@@ -195,7 +195,7 @@ impl Search<'_> {
         settled.collect()
     }
 
-    /// Takes numbers that changes without one do not have, and plain ones where they are near.
+    /// Removes the numbers of changes without one, and rounds numbers to simple ones if they are near.
     fn settle(&self, trial: &mut Trial) {
         for (k, delta) in trial.of.iter().zip(&mut trial.deltas) {
             let column = &self.columns[*k];
@@ -207,7 +207,7 @@ impl Search<'_> {
         }
     }
 
-    /// Does each change matter, and are there more equations to explain than numbers to choose?
+    /// Does each change have an effect, and are there more equations to explain than numbers to choose?
     fn is_used(&self, trial: &Trial) -> bool {
         let each = trial.of.iter().zip(&trial.deltas);
         let mut sizes = each.map(|(k, delta)| delta.abs() * largest(&self.columns[*k].vector));
@@ -216,8 +216,8 @@ impl Search<'_> {
         failing > numbers.count() && sizes.all(|size| size > 10.0 * self.rounding)
     }
 
-    /// Newton's method for all numbers, with differences: a scheme may depend on them in any way. One step more than to rounding gives them the
-    /// digits that they have.
+    /// Newton's method for all numbers, with differences, since a scheme may depend on them in any way. One step beyond rounding gives them
+    /// their full precision.
     fn refine(&self, trial: &mut Trial) {
         let open = (0..trial.of.len()).filter(|k| !self.columns[trial.of[*k]].is_whole);
         let open: Vec<usize> = open.collect();
@@ -271,7 +271,7 @@ impl Search<'_> {
         }
     }
 
-    /// The best changes alone, in order: what is left by squares.
+    /// The best single changes, ordered by the sum of squares that they leave.
     fn best(&self, singles: &[Trial], count: usize) -> Vec<usize> {
         let mut order: Vec<(f64, usize)> = singles
             .iter()
@@ -293,7 +293,7 @@ impl Search<'_> {
                 let [c, d] = [&self.columns[*k], &self.columns[*l]];
                 let both = dot(&c.vector, &d.vector);
                 let determinant = c.square * d.square - both * both;
-                // Two that are parallel are one.
+                // Two parallel ones count as one.
                 if determinant <= 1e-12 * c.square * d.square {
                     return None;
                 }
@@ -309,7 +309,7 @@ impl Search<'_> {
         closely.map(|(_, pair)| self.fit(pair.to_vec())).collect()
     }
 
-    /// From each of the best changes on, the one that helps most is added.
+    /// To each of the best changes, the one that reduces the residual most is added.
     fn greedy(&self, singles: &[Trial], most: usize) -> Vec<Trial> {
         let mut found = Vec::new();
         for first in self.best(singles, CLOSELY) {
@@ -334,11 +334,11 @@ impl Search<'_> {
     }
 }
 
-/// The multiples of vectors that leave least of b in the sum of squares, and the largest row that they leave.
+/// The multiples of vectors with the least sum of squares, and the largest remaining row.
 pub fn fitted(vectors: &[&[f64]], b: &[f64]) -> (Vec<f64>, f64) {
     let mut deltas = vec![0.0; vectors.len()];
     let mut rest = b.to_vec();
-    // The second time for what rounding has left.
+    // The second pass corrects the rounding of the first.
     for _ in 0..2 {
         let right = vectors.iter().map(|d| dot(d, &rest)).collect();
         let products = |d: &&[f64]| vectors.iter().map(|e| dot(d, e)).collect();
@@ -352,7 +352,7 @@ pub fn fitted(vectors: &[&[f64]], b: &[f64]) -> (Vec<f64>, f64) {
     (deltas, left)
 }
 
-/// Solves a small symmetric system by elimination with pivots on the diagonal; 0 for what is not determined.
+/// Solves a small symmetric system by elimination with pivots on the diagonal; undetermined components are 0.
 fn solved(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Vec<f64> {
     let n = b.len();
     let size: Vec<f64> = (0..n).map(|k| a[k][k]).collect();

@@ -16,25 +16,25 @@ pub struct Residual<'a> {
     pub u: Vec<f64>,
     pub parameters: Vec<f64>,
     pub held: Held,
-    /// The integrals of the basis functions of each given mean, and the value of their sum.
+    /// The integrals of the basis functions of each prescribed mean, and the value of their sum.
     pub means: Vec<(Vec<f64>, f64)>,
-    /// F(u; ·), without multipliers of means: 0 where a dof is given.
+    /// F(u; ·), without multipliers of means: 0 where a dof is prescribed.
     pub values: Vec<f64>,
-    /// The same with the rows of given dofs, and with what multipliers of means contribute.
+    /// The same with the rows of prescribed dofs, and with the contributions of multipliers of means.
     pub whole: Vec<f64>,
     /// F(u; ·) of each term, as in `values`.
     pub terms: Vec<Vec<f64>>,
-    /// For each row the sum of the absolute values of what it is made of.
+    /// For each row the sum of the absolute values of its terms.
     pub sizes: Vec<f64>,
-    /// What the rows should have: 0 of a result.
+    /// The values that the rows should have: 0 for a result.
     pub goal: Vec<f64>,
 }
 
 impl<'a> Residual<'a> {
-    /// Of the fields of a result, which have the names of the unknowns; `unit` is the relative error with which its numbers were written.
+    /// From the fields of a result, which have the names of the unknowns; `unit` is the relative precision of its numbers in the file.
     ///
     /// # Errors
-    /// A result on another mesh, fields that are not there or are no functions of the spaces, and a form of several steps in time.
+    /// A result on another mesh, fields that are missing or are not functions of the spaces, and a form of several time steps.
     pub fn new(problem: &'a Problem, source: &'a Mesh, result: &Mesh, unit: f64) -> Result<Self> {
         if problem.time.is_some() {
             return Err(Error::usage(
@@ -59,10 +59,10 @@ impl<'a> Residual<'a> {
         Residual::of(problem, source, assembler, u)
     }
 
-    /// Of any values of all dofs.
+    /// From given values of all dofs.
     ///
     /// # Errors
-    /// Dirichlet values that cannot be had, and a residual that is not finite.
+    /// Dirichlet values that cannot be evaluated, and a residual that is not finite.
     pub fn of(
         problem: &'a Problem,
         source: &'a Mesh,
@@ -93,7 +93,7 @@ impl<'a> Residual<'a> {
             add(&mut found.values, &system.residual, 1.0);
             found.terms.push(system.residual);
         }
-        // Rounding of the dofs goes into the residual by the matrix.
+        // Rounding of the dofs enters the residual through the matrix.
         let state = found.state(&found.parameters);
         let matrix = found.assembler.assemble(state, Wanted::Both).matrix;
         let Assembler { pattern, dofs, .. } = &found.assembler;
@@ -126,7 +126,7 @@ impl<'a> Residual<'a> {
         }
     }
 
-    /// Takes away the rows of given dofs, and what a multiplier of a mean contributes, which is a multiple of its row.
+    /// Removes the rows of prescribed dofs, and the contribution of a multiplier of a mean, which is a multiple of its row.
     pub fn free(&self, values: &mut [f64]) {
         let clear = |values: &mut [f64]| {
             let all = values.iter_mut().zip(&self.held.is_held);
@@ -173,7 +173,7 @@ pub fn add(sum: &mut [f64], values: &[f64], factor: f64) {
     all.for_each(|(sum, value)| *sum += factor * value);
 }
 
-/// The largest |x|; infinite where one is not a number.
+/// The largest |x|; infinite if one is NaN.
 pub fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most, x| match x.is_nan() {
         true => f64::INFINITY,

@@ -1,4 +1,4 @@
-//! The equations of any code in a form: which changes of the form they are those of, whatever the code's solution is.
+//! Compares the equations of any code with a form: finds the changed form that they belong to, regardless of the code's solution.
 
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Mesh;
@@ -9,27 +9,27 @@ use super::{Explanation, Term, terms};
 use crate::own::Assembler;
 use crate::problem::Problem;
 
-/// What counts as rounding in entries of systems is this part of a row.
+/// Entries of systems that differ by at most this fraction of a row are equal up to rounding.
 const UNIT: f64 = 2.5e-13;
 
-/// Another code's equations in a form.
+/// Another code's equations in relation to a form.
 #[derive(Debug)]
 pub struct Equations {
-    /// The largest difference of a row from that of the form, over its size.
+    /// The largest difference of a row from that of the form, relative to its size.
     pub left: f64,
-    /// What counts as rounding.
+    /// The bound for rounding.
     pub limit: f64,
     /// The terms of F, in their order.
     pub terms: Vec<Term>,
-    /// The changed form whose equations they are; none where they are those of the form, or no such form is known.
+    /// The changed form whose equations they are; `None` if they are those of the given form, or no such form is known.
     pub explanation: Option<Explanation>,
 }
 
-/// Compares F(u; ·) with `rows`, what another code's equations leave of the same u: any values of all dofs, with the code's own where it gives them. A row that
-/// the code has not is none.
+/// Compares F(u; ·) with `rows`, the residual of the same u in another code's equations: u has any values of all dofs, with the code's own where it prescribes them. A row that
+/// the code does not have is `None`.
 ///
 /// # Errors
-/// A form with steps in time; numbers of rows that are not those of the form; a residual that is not finite.
+/// A form with time steps; a number of rows that differs from that of the form; a residual that is not finite.
 pub fn equations(
     problem: &Problem,
     source: &Mesh,
@@ -50,7 +50,7 @@ pub fn equations(
     let mut goal: Vec<f64> = rows.iter().map(|row| row.unwrap_or(0.0)).collect();
     residual.free(&mut goal);
     residual.goal = goal;
-    // A row without a size explains nothing, and has nothing to explain.
+    // A row without a size explains nothing, and needs no explanation.
     for (size, _) in residual
         .sizes
         .iter_mut()

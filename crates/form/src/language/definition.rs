@@ -1,37 +1,37 @@
-//! Definitions: parts of formulas by name, put into the text of a formula before it is read.
+//! Definitions: named parts of formulas, inserted into the text of a formula before it is parsed.
 
 use faceoff_fem::scene::expression::syntax::{Kind, Term};
 use faceoff_fem::scene::expression::{Function, ParseError};
 
 use super::{Fault, Result, WORDS, fault};
 
-/// A formula with its definitions put in has at most as many characters.
+/// The largest length of a formula with its definitions inserted.
 const MOST_CHARACTERS: usize = 20_000;
 
 /// A part of formulas with a name, as in `sigma(w) = 2*mu*sym(grad(w))`.
 #[derive(Debug, Clone)]
 pub struct Definition {
-    /// As formulas write it.
+    /// The name in formulas.
     pub name: String,
-    /// What stands for its arguments in it; none of a plain name.
+    /// The names of its arguments; `None` for a plain name.
     arguments: Vec<String>,
     body: Formula,
 }
 
-/// A formula as the file has it, and with its definitions put in.
+/// A formula as the file has it, and with its definitions inserted.
 #[derive(Debug, Clone)]
 pub struct Formula {
     /// As the file has it.
     pub source: String,
-    /// With all definitions put in: what is read and written for codes.
+    /// With all definitions inserted: the text that is parsed and written for codes.
     pub text: String,
     /// The syntax tree of `text`.
     pub term: Term,
-    /// Where each character of `text` comes from in `source`, and whether it was put in there.
+    /// The position in `source` of each character of `text`, and whether it was inserted there.
     origins: Vec<(usize, bool)>,
 }
 
-/// A text in the making, with its origins.
+/// A text under construction, with its origins.
 type Characters = Vec<(char, (usize, bool))>;
 
 fn not_grammar(e: ParseError) -> Fault {
@@ -46,7 +46,7 @@ impl Definition {
     /// The name and the arguments before the equals sign.
     ///
     /// # Errors
-    /// What is neither a name nor a name with names in parentheses.
+    /// Text that is neither a name nor a name with names in parentheses.
     pub fn head(text: &str) -> Result<(String, Vec<String>)> {
         let term = Term::parse(text).map_err(not_grammar)?;
         let name = |term: &Term| match &term.kind {
@@ -81,7 +81,7 @@ impl Definition {
     /// A definition that may use those before it.
     ///
     /// # Errors
-    /// As [`Formula::new`]; a measure, as integrals belong to F.
+    /// Errors of [`Formula::new`]; a measure, since integrals belong in F.
     pub fn new(
         (name, arguments): (String, Vec<String>),
         body: String,
@@ -107,7 +107,7 @@ impl Definition {
         }
     }
 
-    /// As people write it.
+    /// The definition as text.
     pub fn line(&self) -> String {
         let words: Vec<&str> = self.body.source.split_whitespace().collect();
         let arguments = match self.arguments.is_empty() {
@@ -119,10 +119,10 @@ impl Definition {
 }
 
 impl Formula {
-    /// Parses a text and puts in the definitions that it uses.
+    /// Parses a text and inserts the definitions that it uses.
     ///
     /// # Errors
-    /// What is not in the grammar; other numbers of arguments than defined; a formula that gets too long.
+    /// Syntax errors; a number of arguments that differs from the definition; a formula that gets too long.
     pub fn new(source: String, definitions: &[Definition]) -> Result<Self> {
         let term = Term::parse(&source).map_err(not_grammar)?;
         let chars = source.chars().enumerate();
@@ -154,7 +154,7 @@ impl Formula {
         self.origins.get(at).map_or_else(end, |(place, _)| *place)
     }
 
-    /// A fault in the text as one in the source, which names the definition that it is in.
+    /// An error in the text as one in the source, with the name of the definition that contains it.
     pub fn in_source(&self, fault: Fault) -> Fault {
         let place = self.place(fault.at);
         let is_put_in = self
@@ -178,12 +178,12 @@ impl Formula {
 /// Writes a formula out.
 struct Writer<'a> {
     definitions: &'a [Definition],
-    /// What takes the place of names, in a definition.
+    /// The replacements of names, in a definition.
     arguments: &'a [(&'a str, Characters)],
     chars: &'a [(char, (usize, bool))],
 }
 
-/// Needs a formula parentheses where it takes the place of a name?
+/// Does a formula need parentheses if it replaces a name?
 fn is_compound(term: &Term) -> bool {
     matches!(
         term.kind,
@@ -226,7 +226,7 @@ impl Writer<'_> {
                 self.parts(term, &parts, out)
             }
             Kind::Call(function, given) => match &function.kind {
-                // Names of groups are not of this language.
+                // Names of groups are not part of this language.
                 Kind::Name(name) if ["dx", "ds", "dS"].contains(&name.as_str()) => {
                     self.parts(term, &[], out)
                 }
@@ -252,7 +252,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A term as it is, but for these parts of it.
+    /// A term, unchanged except for these parts of it.
     fn parts(&self, term: &Term, parts: &[&Term], out: &mut Characters) -> Result<()> {
         let mut at = term.start;
         for part in parts {
@@ -321,7 +321,7 @@ impl Writer<'_> {
             chars: &written(&body.text),
         };
         let mut chars = Characters::new();
-        // Blanks and parentheses around the whole are not needed.
+        // Blanks and parentheses around the whole are removed.
         of_body.term(&body.term, &mut chars)?;
         let mut chars = enclosed(&body.term, chars);
         // A term that begins with an argument begins where the definition is used.

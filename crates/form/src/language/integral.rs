@@ -8,7 +8,7 @@ use crate::problem::{Domain, Group, Integral, Measure};
 use crate::scalar::{Field, Id, Leaf, Length, Node, NotLinear, Side};
 
 impl Reader<'_> {
-    /// An integral, if what is integrated is linear in the test functions and of its domain.
+    /// An integral, if the integrand is linear in the test functions and valid on its domain.
     pub(super) fn integral(
         &mut self,
         term: &Term,
@@ -214,7 +214,7 @@ impl Reader<'_> {
 /// The position of the group of this name or number.
 ///
 /// # Errors
-/// What is wrong, and what to do.
+/// The error, with a remedy.
 pub fn find_group(
     groups: &[Group],
     word: &str,

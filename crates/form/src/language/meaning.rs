@@ -1,4 +1,4 @@
-//! What a term means: a tensor, a measure or an integral.
+//! The meaning of a term: a tensor, a measure or an integral.
 
 use faceoff_fem::scene::expression::syntax::{Kind, Term};
 use faceoff_fem::scene::expression::{Function, Operator};
@@ -167,7 +167,7 @@ impl Reader<'_> {
         Some(Tensor { shape, entries })
     }
 
-    /// An unknown at the end of the step before.
+    /// An unknown at the end of the previous step.
     pub(super) fn old(&mut self, term: &Term, of: &Term) -> Result<Tensor> {
         let is_unknown = |name: &String| self.names.unknowns.iter().any(|u| u.name == *name);
         let Kind::Name(name) = &of.kind else {

@@ -60,20 +60,20 @@ pub const WORDS: [&str; 39] = [
     "F",
 ];
 
-/// A tensor has at most as many entries as one of rank 4 in 3D.
+/// The most entries of a tensor: those of one of rank 4 in 3D.
 const MOST_ENTRIES: usize = 81;
 
-/// Formulas of data and conditions have at most as many operations.
+/// The most operations in formulas of data and conditions.
 pub const MOST_LENGTH: f64 = 5_000.0;
 
-/// An error in an expression: what is wrong, where, and what to do.
+/// An error in an expression, with its position and a remedy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
-    /// In characters, from 0.
+    /// The position in characters, from 0.
     pub at: usize,
-    /// What is wrong there.
+    /// The error.
     pub what: String,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -96,7 +96,7 @@ pub struct Tensor {
     pub entries: Vec<Id>,
 }
 
-/// What a term means.
+/// The meaning of a term.
 enum Meaning {
     Tensor(Tensor),
     Measure(Measure),
@@ -109,17 +109,17 @@ pub struct Names<'a> {
     pub dim: usize,
     /// The shape of the cells of the mesh.
     pub cells: Cells,
-    /// Empty where only data are allowed.
+    /// Empty if only data are allowed.
     pub unknowns: &'a [Unknown],
-    /// Known numbers.
+    /// The parameters.
     pub parameters: &'a [Parameter],
-    /// Known functions.
+    /// The data.
     pub data: &'a [Datum],
-    /// Those of the mesh.
+    /// The groups of the mesh.
     pub groups: &'a [Group],
     /// The number of facets of the boundary in no group.
     pub unmarked: usize,
-    /// Are there steps in time?
+    /// Are there time steps?
     pub is_timed: bool,
 }
 
@@ -131,7 +131,7 @@ pub struct Reader<'a> {
     weight: Option<usize>,
 }
 
-/// The shape in words.
+/// The shape as text.
 fn kind_of(shape: &[usize]) -> String {
     match shape {
         [] => "a scalar".into(),
@@ -142,7 +142,7 @@ fn kind_of(shape: &[usize]) -> String {
 }
 
 impl<'a> Reader<'a> {
-    /// A reader that adds what it reads to `scalars`.
+    /// A reader that adds its expressions to `scalars`.
     pub fn new(names: Names<'a>, scalars: &'a mut Scalars) -> Self {
         Reader {
             names,
@@ -154,7 +154,7 @@ impl<'a> Reader<'a> {
     /// The integrals of a number, each multiplied by the test function of an unknown at this position.
     ///
     /// # Errors
-    /// As [`Self::form`]; test functions.
+    /// Errors of [`Self::form`]; test functions.
     pub fn number(&mut self, term: &Term, weight: usize) -> Result<Vec<Integral>> {
         self.weight = Some(weight);
         self.form(term)
@@ -163,7 +163,7 @@ impl<'a> Reader<'a> {
     /// The integrals of a form.
     ///
     /// # Errors
-    /// What is not in the language, or does not fit together.
+    /// Text that is not in the language, or parts of it that do not fit together.
     pub fn form(&mut self, term: &Term) -> Result<Vec<Integral>> {
         match self.meaning(term)? {
             Meaning::Form(integrals) => Ok(integrals),
@@ -179,7 +179,7 @@ impl<'a> Reader<'a> {
     /// A scalar function of the point, for data and conditions.
     ///
     /// # Errors
-    /// As [`Self::form`]; the normal, and lengths of cells and facets; a formula that is too long when its tensors are written out.
+    /// Errors of [`Self::form`]; the normal, and lengths of cells and facets; a formula that is too long when its tensors are written out.
     pub fn formula(&mut self, term: &Term) -> Result<Id> {
         let id = self.scalar(term)?;
         let nodes = self.scalars.nodes_of([id]);

@@ -98,7 +98,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Refuses a derivative that is 0 for all functions of a space.
+    /// Rejects a derivative that is 0 for all functions of a space.
     pub(super) fn not_zero(
         &self,
         term: &Term,
@@ -199,7 +199,7 @@ impl Reader<'_> {
 /// ∂/∂x_axis of a component of a function in a space, or of its derivative.
 ///
 /// On a cell, the gradient of a + b x (Raviart–Thomas) is b I, and that of a + b × x (Nédélec) is skew: their entries are one number, or the
-/// components of one vector, so that codes need div or curl only.
+/// components of one vector, so that codes only need div or curl.
 fn partial(
     s: &mut Scalars,
     space: Space,

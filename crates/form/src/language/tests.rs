@@ -1,4 +1,4 @@
-//! What functions of the language become, against values computed by hand.
+//! The functions of the language, compared with values computed by hand.
 
 use faceoff_fem::scene::expression::syntax::Term;
 
@@ -20,7 +20,7 @@ fn of_side(side: Side) -> usize {
     }
 }
 
-/// Values of u: 2, 5 and -3 inside, on the first and on the second side; its slopes; the components of w count on by 10.
+/// Values of u: 2, 5 and -3 inside, on the first and on the second side, with its derivatives; those of the components of w are larger by 10 each.
 fn end(node: Node) -> f64 {
     match node {
         Node::Coordinate(k) => POINT[k],
@@ -76,7 +76,7 @@ fn evaluated(text: &str, dim: usize) -> (Vec<usize>, Vec<f64>) {
     let term = Term::parse(text).unwrap_or_else(|e| panic!("{text}: {}", e.what));
     let tensor = Reader::new(names, &mut scalars).tensor(&term);
     let tensor = tensor.unwrap_or_else(|e| panic!("{text}: {}", e.what));
-    // A datum is known by its formula.
+    // A datum is given by its formula.
     let of = |node: Node| match node {
         Node::Leaf(Leaf {
             field: Field::Datum(_),

@@ -1,7 +1,7 @@
 //! Sums of the integrals of all cells and facets: the residual of a form, and its derivative as a sparse matrix.
 //!
-//! Every core owns a range of rows and evaluates all cells that touch them; cells at a border are evaluated by two. So nobody waits for
-//! anybody, and each sum is taken in the same order whatever the number of cores.
+//! Every core owns a range of rows and evaluates all cells that touch them; cells at a border are evaluated by two. So no core waits for
+//! another one, and each sum is computed in the same order for any number of cores.
 
 use faceoff_fem::linear::zeros;
 use faceoff_mesh::error::Result;
@@ -23,21 +23,21 @@ pub struct Assembler {
     pub mesh: Grid,
     /// The degrees of freedom.
     pub dofs: Dofs,
-    /// What couples them.
+    /// The pattern of the matrix.
     pub pattern: Pattern,
     works: Vec<Work>,
     /// For each core the nodes that it owns, and the entities of each work that touch them.
     parts: Vec<(std::ops::Range<usize>, Vec<Vec<Entity>>)>,
 }
 
-/// What is asked for.
+/// The requested sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wanted {
     /// The residual.
     Residual,
     /// The residual and the matrix.
     Both,
-    /// The residual, and the sums of the absolute values of what cells and facets contribute to its rows.
+    /// The residual, and the sums of the absolute values of the contributions of cells and facets to its rows.
     Sizes,
 }
 
@@ -46,27 +46,27 @@ pub enum Wanted {
 pub struct System {
     /// F(u; ·), by dofs.
     pub residual: Vec<f64>,
-    /// The values of the derivative, in the order of the pattern; empty where it is not wanted.
+    /// The values of the derivative, in the order of the pattern; empty if it is not requested.
     pub matrix: Vec<f64>,
-    /// Sizes of rows; empty where they are not wanted.
+    /// Sizes of rows; empty if they are not requested.
     pub sizes: Vec<f64>,
 }
 
 impl Assembler {
-    /// Of all integrals of a problem.
+    /// For all integrals of a problem.
     ///
     /// # Errors
-    /// A mesh on which nothing can be solved.
+    /// A mesh on which the problem cannot be solved.
     pub fn new(problem: &Problem, source: &Mesh) -> Result<Self> {
         let mut problem = problem.clone();
         let integrals = problem.residual();
         Assembler::of(&problem, source, &integrals, true)
     }
 
-    /// Of some integrals, with or without the derivative.
+    /// For some integrals, with or without the derivative.
     ///
     /// # Errors
-    /// A mesh on which nothing can be solved.
+    /// A mesh on which the problem cannot be solved.
     pub fn of(
         problem: &Problem,
         source: &Mesh,
@@ -104,7 +104,7 @@ impl Assembler {
         Ok(assembler)
     }
 
-    /// Gives each of so many cores a range of rows.
+    /// Assigns a range of rows to each of a number of cores.
     pub(super) fn divide_into(&mut self, count: usize) {
         self.parts = self.divide(count);
     }
@@ -143,7 +143,7 @@ impl Assembler {
         self.sums(state, wanted, |k| k == integral)
     }
 
-    /// Calls `with` with each cell or facet of an integral of a problem with the same spaces, and what it adds to the rows of its dofs.
+    /// Calls `with` with each cell or facet of an integral of a problem with the same spaces, and its contribution to the rows of its dofs.
     pub fn contributions(
         &self,
         problem: &Problem,
@@ -334,7 +334,7 @@ impl Assembler {
     }
 }
 
-/// What a core writes.
+/// The output of a core.
 struct Own<'a> {
     range: std::ops::Range<usize>,
     residual: &'a mut [f64],
@@ -342,7 +342,7 @@ struct Own<'a> {
     matrix: &'a mut [f64],
 }
 
-/// The parts of a slice that end there.
+/// The parts of a slice with these ends.
 fn split<T>(mut all: &mut [T], ends: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
     let mut start = 0;
     ends.map(|end| {

@@ -1,4 +1,4 @@
-//! The integrals of a batch of cells or facets at a time: geometry, fields at the points, operations, and sums over the points.
+//! Evaluates the integrals of a batch of cells or facets: geometry, fields at the points, operations, and sums over the points.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -13,26 +13,26 @@ use crate::grid::{Cells, Grid, Map};
 use crate::problem::{Domain, Problem};
 use crate::scalar::{Length, Node, Side};
 
-/// What the integrals depend on.
+/// The arguments of the integrals.
 #[derive(Debug, Clone, Copy)]
 pub struct State<'a> {
     /// The dofs.
     pub u: &'a [f64],
-    /// Those of the step before; empty where there is none.
+    /// Those of the previous step; empty if there is none.
     pub old: &'a [f64],
     /// The values of the parameters.
     pub parameters: &'a [f64],
 }
 
-/// Memory of a batch, used again for the next one.
+/// Memory of a batch, reused for the next one.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    /// Of each side and cell: the vertices, and the longest distance between two of them.
+    /// For each side and cell: the vertices, and the longest distance between two of them.
     vertices: Vec<[[f64; 3]; 8]>,
     diameter: Vec<f64>,
-    /// Of simplices.
+    /// For simplices.
     geometry: Vec<CellGeometry>,
-    /// The measure of the cell or facet, at each point where the map is curved.
+    /// The measure of the cell or facet, at each point if the map is not affine.
     measure: Vec<f64>,
     /// The normal of the first side, at (point, a).
     normal: Vec<f64>,
@@ -45,7 +45,7 @@ pub struct Scratch {
     local: Vec<f64>,
     reference: Vec<f64>,
     sums: Vec<f64>,
-    /// The sums of test functions, and of pairs of test functions and increments, by blocks and then, where there are vectors as a whole, by
+    /// The sums for test functions, and for pairs of test functions and increments, by blocks and then, if there are functions of vectors as a whole, by
     /// dofs.
     pub vector: Vec<f64>,
     pub matrix: Vec<f64>,
@@ -54,7 +54,7 @@ pub struct Scratch {
     pub products: HashMap<[u16; 5], Vec<(usize, usize, f64)>>,
 }
 
-/// A batch: entities of one placement.
+/// A batch: entities with one placement.
 pub struct Batch<'a> {
     pub problem: &'a Problem,
     pub mesh: &'a Grid,
@@ -64,7 +64,7 @@ pub struct Batch<'a> {
 }
 
 impl Batch<'_> {
-    /// Evaluates the integral and, where asked for, its derivative.
+    /// Evaluates the integral and, if requested, its derivative.
     pub fn run(&self, state: State, scratch: &mut Scratch, is_matrix: bool) {
         self.geometry(scratch);
         let work = self.work;
@@ -88,7 +88,7 @@ impl Batch<'_> {
         }
     }
 
-    /// The points at which geometry is needed: all where the map of the reference cell is curved, or one.
+    /// The points at which geometry is needed: all if the map of the reference cell is not affine, or one.
     fn geometry_points(&self) -> usize {
         match self.work.is_curved {
             true => self.work.weights.len(),
@@ -211,7 +211,7 @@ impl Batch<'_> {
                 }
                 Node::Length(length, side) => {
                     let facet = (self.work.domain != Domain::Cells).then_some(placement.facet);
-                    // The facet is one of both cells, by its number in the first.
+                    // The facet is shared by both cells; its number is that in the first.
                     let from = match (length, facet) {
                         (Length::Facet, Some(_)) => 0,
                         _ => of_side(side),
@@ -463,7 +463,7 @@ impl Batch<'_> {
         }
     }
 
-    /// The integrals of products of derivatives of basis functions by reference coordinates, that are not 0, over the measure: their place in
+    /// The nonzero integrals of products of derivatives of basis functions by reference coordinates, relative to the measure: their positions in
     /// the matrix and among the coefficients.
     fn products(
         &self,
@@ -491,7 +491,7 @@ impl Batch<'_> {
         all
     }
 
-    /// Goes over from the linear functions of components to basis functions of vectors as a whole: these take the place of the first ones.
+    /// Transforms from the linear functions of components to basis functions of vectors as a whole, which replace them.
     fn whole(&self, s: &mut Scratch, is_matrix: bool) {
         let (dim, n, size) = (self.mesh.dim, self.entities.len(), self.work.size);
         for block in self.work.blocks.iter().filter(|block| block.component == 0) {
@@ -539,7 +539,7 @@ impl Batch<'_> {
         }
     }
 
-    /// What a derivative by reference coordinates contributes to one by coordinates at a point; 1 for the function itself.
+    /// The contribution of a derivative by reference coordinates to one by coordinates at a point; 1 for the function itself.
     fn factor<'a>(
         &self,
         slopes: &'a [f64],
@@ -573,7 +573,7 @@ impl Batch<'_> {
         &all[at..at + n]
     }
 
-    /// A coordinate of a place in each cell.
+    /// A coordinate of a position in each cell.
     fn coordinate(&self, out: &mut [f64], cells: &[[[f64; 3]; 8]], at: &[f64; 4], axis: usize) {
         let parts = self.mesh.shape.parts(self.mesh.dim, at);
         for (out, cell) in out.iter_mut().zip(cells) {

@@ -1,7 +1,7 @@
 //! The degrees of freedom of all unknowns on a mesh, and the pattern of matrices.
 //!
-//! Components of a vector share their nodes: a node has one dof, or one for each component. Nodes are numbered in the order in which cells
-//! come to them, those of all unknowns together, so that what is near in the mesh is near in memory.
+//! Components of a vector share their nodes: a node has one dof, or one for each component. Nodes are numbered in the order in which the loop over
+//! cells reaches them, those of all unknowns together, so that neighbours in the mesh are near in memory.
 
 use std::collections::HashMap;
 
@@ -11,28 +11,28 @@ use super::element::{Shape, carriers};
 use crate::grid::{Cells, Grid};
 use crate::problem::{Element, Problem};
 
-/// No node so far.
+/// No node yet.
 const NONE: u32 = u32::MAX;
 
-/// What carries a node of an unknown.
+/// The entity that carries a node of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Carrier {
     /// A vertex.
     Vertex(u32),
-    /// An edge by its vertices, ascending, and which of its nodes, counted from the first.
+    /// An edge by its vertices, ascending, and the index of the node, counted from the first.
     Edge([u32; 2], u8),
     /// A facet of a cell.
     Facet(u32),
-    /// The inside of a cell, and which of its nodes.
+    /// The interior of a cell, and the index of the node.
     Cell(u32, u8),
 }
 
 /// The dofs.
 #[derive(Debug)]
 pub struct Dofs {
-    /// The nodes of each cell, by unknown: as many for each cell as the basis has functions.
+    /// The nodes of each cell, by unknown: one per basis function.
     pub cell_nodes: Vec<Vec<u32>>,
-    /// Basis functions of a cell, by unknown.
+    /// The number of basis functions of a cell, by unknown.
     pub counts: Vec<usize>,
     /// The first dof of each node, and the number of dofs at the end.
     pub first: Vec<u32>,
@@ -73,7 +73,7 @@ impl Dofs {
                     let carrier = carrier(mesh, cell, *local);
                     let place = match carrier {
                         Carrier::Vertex(vertex) => &mut vertices[k][vertex as usize],
-                        // Nobody else has it.
+                        // No other cell has it.
                         Carrier::Cell(..) => &mut { NONE },
                         _ => numbers[k].entry(carrier).or_insert(NONE),
                     };
@@ -128,11 +128,11 @@ fn carrier(mesh: &Grid, cell: usize, local: Local) -> Carrier {
     }
 }
 
-/// Where a basis function of a cell has its node.
+/// The position of the node of a basis function of a cell.
 #[derive(Debug, Clone, Copy)]
 enum Local {
     Vertex(usize),
-    /// Between two vertices, the first before the second; nearer to the second; of how many.
+    /// Between two vertices, nearer to the second: the index, and the number of intervals.
     Edge([usize; 2], bool, usize),
     Facet(usize),
     Cell(u8),
@@ -158,9 +158,9 @@ fn locals(element: Element, cells: Cells, dim: usize) -> Vec<Local> {
     }
 }
 
-/// What carries a node of a continuous function.
+/// The entity that carries a node of a continuous function.
 fn local(node: [u8; 4], degree: u8, cells: Cells, dim: usize) -> Local {
-    // The corners of the smallest part of the cell that the node is on.
+    // The corners of the smallest face of the cell that contains the node.
     let corners = match cells {
         Cells::Simplices => (0..=dim).filter(|i| node[*i] > 0).collect(),
         Cells::Cubes => {
@@ -175,7 +175,7 @@ fn local(node: [u8; 4], degree: u8, cells: Cells, dim: usize) -> Local {
     match corners[..] {
         [i] => Local::Vertex(i),
         [a, b] => {
-            // On cubes the only node of an edge is its middle.
+            // On cubes the only node of an edge is its midpoint.
             let nearer_to_b = cells == Cells::Simplices && node[b] > node[a];
             Local::Edge([a, b], nearer_to_b, usize::from(degree) - 1)
         }
@@ -187,7 +187,7 @@ fn local(node: [u8; 4], degree: u8, cells: Cells, dim: usize) -> Local {
     }
 }
 
-/// Does the basis function of a cell belong to one of its facets, so that a value on the facet holds it?
+/// Does the basis function of a cell belong to one of its facets, so that a prescribed value on the facet determines it?
 pub fn is_on_facet(element: Element, cells: Cells, dim: usize, i: usize, facet: usize) -> bool {
     match element {
         Element::CrouzeixRaviart | Element::RaviartThomas => i == facet,
@@ -208,9 +208,9 @@ pub fn is_on_facet(element: Element, cells: Cells, dim: usize, i: usize, facet: 
 /// Groups of nodes that a kind of integral couples: the nodes of a cell, or of both cells of a facet.
 #[derive(Debug)]
 pub struct Coupling {
-    /// Of all groups in turn.
+    /// All groups, concatenated.
     pub nodes: Vec<u32>,
-    /// Nodes of a group.
+    /// The number of nodes in a group.
     pub size: usize,
     /// For the unknowns of a row's and a column's node.
     pub coupled: Vec<Vec<bool>>,
@@ -219,22 +219,22 @@ pub struct Coupling {
 /// The pattern of a matrix by nodes: which nodes are coupled to each node.
 #[derive(Debug, Default)]
 pub struct Pattern {
-    /// Where the coupled nodes of each node begin, and their number at the end.
+    /// The start of the coupled nodes of each node, and their number at the end.
     pub starts: Vec<usize>,
     /// Ascending for each node.
     pub nodes: Vec<u32>,
-    /// For each of them the columns before it in the row.
+    /// For each of them the number of columns before it in the row.
     columns: Vec<u32>,
-    /// Columns of the rows of each node.
+    /// The number of columns in the rows of each node.
     pub widths: Vec<u32>,
-    /// Where the values of the first row of each node begin, and their number at the end.
+    /// The start of the values in the first row of each node, and their number at the end.
     pub rows: Vec<usize>,
 }
 
 impl Pattern {
-    /// From what is coupled; a node is always coupled with itself.
+    /// From the coupled groups; a node is always coupled with itself.
     pub fn new(dofs: &Dofs, all: &[Coupling]) -> Self {
-        // The groups of each node, by the place where they begin.
+        // The groups of each node, by their start.
         let places = all.iter().map(|coupling| {
             let mut starts = vec![0_usize; dofs.nodes() + 1];
             let nodes = || coupling.nodes.iter().enumerate();
@@ -293,12 +293,12 @@ impl Pattern {
         pattern
     }
 
-    /// The number of values; 0 where there is no pattern.
+    /// The number of values; 0 if there is no pattern.
     pub fn values(&self) -> usize {
         self.rows.last().copied().unwrap_or(0)
     }
 
-    /// Calls `with` with each dof's row, its columns in ascending order, and where its values begin.
+    /// Calls `with` with each dof's row, its columns in ascending order, and the start of its values.
     pub fn for_rows(&self, dofs: &Dofs, mut with: impl FnMut(usize, &[u32], usize)) {
         let mut columns = Vec::new();
         for node in 0..dofs.nodes() {
@@ -312,7 +312,7 @@ impl Pattern {
         }
     }
 
-    /// The columns before those of `other` in the rows of `node`; none where the two are not coupled.
+    /// The number of columns before those of `other` in the rows of `node`; `None` if the two are not coupled.
     pub fn find(&self, node: u32, other: u32) -> Option<usize> {
         let range = self.starts[node as usize]..self.starts[node as usize + 1];
         let found = self.nodes[range.clone()].binary_search(&other).ok()?;
@@ -320,7 +320,7 @@ impl Pattern {
     }
 }
 
-/// The sign of a basis function of vectors: its normal points out of the first cell of a facet, its edge goes from the smaller vertex to the
+/// The sign of a basis function of vectors: its normal points out of the first cell of a facet, its edge is directed from the smaller vertex to the
 /// larger one.
 pub fn sign(mesh: &Grid, cell: usize, [a, b]: [usize; 2]) -> f64 {
     let is_along = match a == b {

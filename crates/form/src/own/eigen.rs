@@ -1,4 +1,4 @@
-//! Our own solver of eigenproblems, and how well a mode of any code solves one.
+//! Our solver of eigenproblems, and the residual of a mode of any code.
 
 use faceoff_fem::linear::eigen::{Rows, nearest, product, residual};
 use faceoff_mesh::error::{Error, Result};
@@ -25,22 +25,22 @@ pub struct Pencil {
     m: Rows,
 }
 
-/// An eigenvalue of a code with its mode, in these matrices.
+/// An eigenvalue and mode of a code, substituted into these matrices.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
     /// The eigenvalue.
     pub value: f64,
-    /// ‖A u - λ M u‖ over ‖A u‖ + (|λ| + |λ - σ|) ‖M u‖, with the shift σ.
+    /// ‖A u - λ M u‖ relative to ‖A u‖ + (|λ| + |λ - σ|) ‖M u‖, with the shift σ.
     pub residual: f64,
-    /// The largest value that should be 0 by the Dirichlet conditions, over the largest of all.
+    /// The largest value that should be 0 by the Dirichlet conditions, relative to the largest of all.
     pub held: f64,
 }
 
 impl Pencil {
-    /// Of an eigenproblem on a mesh.
+    /// Assembles an eigenproblem on a mesh.
     ///
     /// # Errors
-    /// A form of another kind; a mesh on which nothing can be solved; values that are not finite.
+    /// A form that is not an eigenproblem; a mesh on which it cannot be solved; values that are not finite.
     pub fn new(problem: &Problem, source: &Mesh) -> Result<Self> {
         let Some(eigen) = problem.eigen.clone() else {
             let what = format!("{} is not an eigenproblem", problem.name);
@@ -128,10 +128,10 @@ impl Pencil {
         Ok((values, cells, fields))
     }
 
-    /// An eigenvalue and a mode, a field of a result that is called as the unknown, written with this relative error.
+    /// Substitutes an eigenvalue and a mode, a field of a result with the name of the unknown, written with this relative precision.
     ///
     /// # Errors
-    /// A result on another mesh; a field that is not there or is no function of the space.
+    /// A result on another mesh; a field that is missing or is not a function of the space.
     pub fn pair(&self, value: f64, result: &Mesh, unit: f64) -> Result<Pair> {
         let u = read(&self.assembler, result, unit)?;
         let largest =

@@ -2,7 +2,7 @@
 //!
 //! A scalar element is nodal: each basis function is 1 at one node and 0 at the others. Functions of the elements of vectors, those of
 //! Raviart–Thomas and Nédélec, are linear on each cell, so they are sums of the linear basis functions with vectors as coefficients, and
-//! whatever is integrated is integrated for these first.
+//! all integrals are first computed for these.
 
 use faceoff_mesh::mesh::CellGeometry;
 
@@ -14,17 +14,17 @@ use crate::problem::Element;
 pub enum Shape {
     /// All polynomials of this degree, by their values at equidistant nodes.
     Lagrange(u8),
-    /// All products of polynomials of this degree in each coordinate, by their values at equidistant nodes: of quadrangles and hexahedra.
+    /// All products of polynomials of this degree in each coordinate, by their values at equidistant nodes: for quadrangles and hexahedra.
     Product(u8),
     /// Linear functions by their values at the centres of facets.
     Crouzeix,
 }
 
 /// The basis functions of a shape at some points, with derivatives by the reference coordinates ξ₁, …, ξ_d, which are λ₁, …, λ_d
-/// of a simplex.
+/// for a simplex.
 #[derive(Debug, Clone)]
 pub struct Table {
-    /// Basis functions.
+    /// The number of basis functions.
     pub count: usize,
     /// By the derivative (0 the function, then ∂₁ to ∂_d, then ∂₁∂₁, ∂₁∂₂, … row by row), then the point, then the function.
     values: Vec<f64>,
@@ -40,7 +40,7 @@ impl Table {
 }
 
 impl Shape {
-    /// That of each component of an element's functions.
+    /// The shape of each component of an element's functions.
     pub fn of(element: Element, cells: Cells) -> Self {
         match element {
             Element::Continuous(degree) | Element::Broken(degree) => Shape::nodal(cells, degree),
@@ -49,7 +49,7 @@ impl Shape {
         }
     }
 
-    /// That of values at equidistant nodes.
+    /// The shape for values at equidistant nodes.
     pub fn nodal(cells: Cells, degree: u8) -> Self {
         match cells {
             Cells::Simplices => Shape::Lagrange(degree),
@@ -65,7 +65,7 @@ impl Shape {
         }
     }
 
-    /// The nodes, as coordinates of the reference cell times the degree; of constants the only node is 0.
+    /// The nodes, as coordinates in the reference cell times the degree; for constants the only node is 0.
     pub fn lattice(self, dim: usize) -> Vec<[u8; 4]> {
         let degree = self.degree() as u8;
         if let Shape::Product(_) = self {
@@ -92,7 +92,7 @@ impl Shape {
         all
     }
 
-    /// The nodes as places in the reference cell.
+    /// The nodes as positions in the reference cell.
     pub fn nodes(self, dim: usize) -> Vec<[f64; 4]> {
         match self {
             Shape::Product(0) => vec![[0.0, 0.5, 0.5, if dim == 3 { 0.5 } else { 0.0 }]],
@@ -126,7 +126,7 @@ impl Shape {
         }
     }
 
-    /// Basis functions and their derivatives at places of the reference cell.
+    /// Basis functions and their derivatives at positions in the reference cell.
     pub fn table(self, dim: usize, points: &[[f64; 4]]) -> Table {
         let count = self.count(dim);
         let derivatives = 1 + dim + dim * dim;
@@ -137,7 +137,7 @@ impl Shape {
         let lattice = self.lattice(dim);
         for (q, lambda) in points.iter().enumerate() {
             for i in 0..count {
-                // By barycentric coordinates; λ₀ = 1 - λ₁ - … is no reference coordinate. Products do not depend on it.
+                // By barycentric coordinates; λ₀ = 1 - λ₁ - … is not a reference coordinate. Products do not depend on it.
                 let (value, first, second) = match self {
                     Shape::Crouzeix => {
                         let slope = -(dim as f64);
@@ -220,7 +220,7 @@ pub fn carriers(element: Element, dim: usize) -> Vec<[usize; 2]> {
     }
 }
 
-/// The vectors at the vertices of a cell that make up the basis function of a carrier. Its flux through the facet, or its circulation along the
+/// The vectors at the vertices of a cell that define the basis function of a carrier. Its flux through the facet, or its circulation along the
 /// edge from the first vertex to the second, is 1.
 pub fn vectors(element: Element, geometry: &CellGeometry, [a, b]: [usize; 2]) -> [[f64; 3]; 4] {
     let dim = geometry.dim;
@@ -244,7 +244,7 @@ pub fn vectors(element: Element, geometry: &CellGeometry, [a, b]: [usize; 2]) ->
 mod tests {
     use super::*;
 
-    /// Nodal values are 1 and 0; slopes are those of differences, and exact for the monomials of the degree.
+    /// Nodal values are 1 and 0; derivatives agree with differences, and are exact for the monomials of the degree.
     #[test]
     fn basis_functions_are_nodal_and_their_derivatives_right() {
         for dim in [2, 3] {

@@ -1,6 +1,6 @@
-//! Numbers of a solution: integrals, linear in the unknowns or not, such as energies, forces and means.
+//! Numbers of a solution: integrals, linear or nonlinear in the unknowns, such as energies, forces and means.
 //!
-//! They are taken by the assembly of residuals: with a test function that is constant on each cell, the sum of a residual is the integral.
+//! They are computed by the assembly of residuals: with a test function that is constant on each cell, the sum of a residual is the integral.
 
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
@@ -45,7 +45,7 @@ impl Functionals {
     /// Adds a number, as in `inner(grad(u), grad(u))*dx`.
     ///
     /// # Errors
-    /// What is not in the language, a test function, or a solution of another time.
+    /// Text that is not in the language, a test function, or a solution at another time.
     pub fn add(&mut self, text: &str) -> std::result::Result<(), Fault> {
         let formula = Formula::new(text.to_owned(), &self.problem.definitions)?;
         let Problem {
@@ -72,7 +72,7 @@ impl Functionals {
             data,
             groups,
             unmarked: 0,
-            // Of a result the last time is known only.
+            // Only the last time of a result is known.
             is_timed: false,
         };
         let found = Reader::new(names, scalars).number(&formula.term, weight);
@@ -84,10 +84,10 @@ impl Functionals {
         Ok(())
     }
 
-    /// The numbers of a result on a mesh, whose own numbers were written with this relative error.
+    /// The numbers of a result on a mesh, whose values were written with this relative precision.
     ///
     /// # Errors
-    /// A result on another mesh, and fields that are not there or are no functions of the spaces.
+    /// A result on another mesh, and fields that are missing or are not functions of the spaces.
     pub fn of(&self, source: &Mesh, result: &Mesh, unit: f64) -> Result<Vec<f64>> {
         let assembler = Assembler::of(&self.problem, source, &self.integrals, false)?;
         let Assembler { mesh, dofs, .. } = &assembler;

@@ -1,4 +1,4 @@
-//! Dirichlet values, initial values and means: what is given of the dofs.
+//! Dirichlet values, initial values and means: prescribed dofs.
 
 use faceoff_fem::linear::General;
 use faceoff_mesh::error::{Error, Result};
@@ -12,10 +12,10 @@ use crate::grid::Grid;
 use crate::problem::{Element, Problem};
 use crate::scalar::{Id, Node};
 
-/// The dofs that are given.
+/// The dofs that are prescribed.
 #[derive(Debug, Clone)]
 pub struct Held {
-    /// Is a dof given?
+    /// Is a dof prescribed?
     pub is_held: Vec<bool>,
     /// Its value.
     pub values: Vec<f64>,
@@ -30,7 +30,7 @@ pub fn value(problem: &Problem, id: Id, parameters: &[f64], at: &[f64; 3]) -> f6
     })
 }
 
-/// Dirichlet values; where two groups share a dof, the later one counts.
+/// Dirichlet values; if two groups share a dof, the later one counts.
 ///
 /// # Errors
 /// Values that are not finite.
@@ -76,7 +76,7 @@ pub fn held(assembler: &Assembler, source: &Mesh, parameters: &[f64]) -> Result<
     Ok(all)
 }
 
-/// Holds the normal or tangential moments of a vector on facets, by projection of g's.
+/// Prescribes the normal or tangential moments of a vector on facets, by projection of g's.
 fn moments(
     assembler: &Assembler,
     condition: &crate::problem::Held,
@@ -176,7 +176,7 @@ fn moments(
     Ok(())
 }
 
-/// What a value on the boundary holds: u · n, or the tangential part n × u.
+/// The trace that a boundary value prescribes: u · n, or the tangential part n × u.
 fn trace(element: Element, dim: usize, u: &[f64; 3], n: &[f64; 3]) -> [f64; 3] {
     match (element, dim) {
         (Element::Nedelec, 2) => [n[0] * u[1] - n[1] * u[0], 0.0, 0.0],
@@ -189,7 +189,7 @@ fn trace(element: Element, dim: usize, u: &[f64; 3], n: &[f64; 3]) -> [f64; 3] {
     }
 }
 
-/// The unknowns at the start of steps in time; all 0 where there are none.
+/// The initial values of the unknowns for time steps; all 0 if there are none.
 pub fn initial(problem: &Problem, mesh: &Grid, dofs: &Dofs, parameters: &[f64]) -> Vec<f64> {
     let mut u = vec![0.0; dofs.count()];
     let all = problem.time.iter().flat_map(|time| &time.initial);
@@ -212,7 +212,7 @@ pub fn initial(problem: &Problem, mesh: &Grid, dofs: &Dofs, parameters: &[f64]) 
     u
 }
 
-/// For each given mean, the integrals of the basis functions, and the value of their sum.
+/// For each prescribed mean, the integrals of the basis functions, and the value of their sum.
 pub fn means(problem: &Problem, mesh: &Grid, dofs: &Dofs) -> Vec<(Vec<f64>, f64)> {
     let [rule, _] = problem.rules();
     let points: Vec<[f64; 4]> = (0..rule.weights.len())

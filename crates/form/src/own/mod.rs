@@ -1,6 +1,6 @@
-//! Our own solver of weak forms: it evaluates the same expressions that scripts are written from, at the same points.
+//! Our solver of weak forms: it evaluates the same expressions from which scripts are written, at the same points.
 //!
-//! [`solve()`] is Newton's method as in all scripts; [`Assembler`] has the sums of integrals that it needs, which also say how well a result of
+//! [`solve()`] is Newton's method as in all scripts; [`Assembler`] computes the sums of integrals for it, which also show how well a result of
 //! any code satisfies a form ([`crate::judge`]).
 
 mod assemble;

@@ -1,4 +1,4 @@
-//! A solution as a file has it: the values of all unknowns at the nodes of cells.
+//! A solution in the form of files: the values of all unknowns at the nodes of cells.
 
 use faceoff_mesh::io::reference_nodes;
 use faceoff_mesh::mesh::{CellBlock, CellKind, Field, Mesh, Support, Values};
@@ -9,7 +9,7 @@ use super::element::{Shape, carriers, vectors};
 use crate::grid::Cells;
 use crate::problem::Element;
 
-/// The cells of a result, each with nodes of its own, and fields with the names of the unknowns.
+/// The cells of a result, each with separate nodes, and fields with the names of the unknowns.
 pub fn output(assembler: &Assembler, u: &[f64]) -> (Mesh, Vec<Field>) {
     let mesh = &assembler.mesh;
     let (kind, nodes) = nodes(assembler.problem.output(), mesh.shape, mesh.dim);
@@ -90,7 +90,7 @@ pub fn values(assembler: &Assembler, u: &[f64], unknown: usize, points: &[[f64; 
     all
 }
 
-/// The cells that hold functions of an element, and the places of their nodes, in the order of [`CellKind`].
+/// The cells that represent functions of an element, and the positions of their nodes, in the order of [`CellKind`].
 pub fn nodes(element: Element, cells: Cells, dim: usize) -> (CellKind, Vec<[f64; 4]>) {
     let linear = cells.kinds(dim)[0];
     let kind = CellKind::complete(cells.shape(dim), element.degree().max(1)).unwrap_or(linear);

@@ -1,4 +1,4 @@
-//! Where dofs are.
+//! The positions of dofs.
 
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::DofTable;
@@ -9,7 +9,7 @@ use super::element::{Shape, carriers};
 use super::output::output;
 use super::read::read;
 
-/// The unknown, the component and the place of each dof.
+/// The unknown, the component and the position of each dof.
 pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
     let Assembler {
         problem,
@@ -39,10 +39,10 @@ pub fn places(assembler: &Assembler) -> Vec<(usize, usize, [f64; 3])> {
     all
 }
 
-/// The table of all dofs: their places, and their values for constant fields.
+/// The table of all dofs: their positions, and their values for constant fields.
 ///
 /// # Errors
-/// More unknowns, or more components, than a table has.
+/// More unknowns, or more components, than a table allows.
 pub fn dof_table(assembler: &Assembler) -> Result<DofTable> {
     let Assembler { problem, mesh, .. } = assembler;
     let count = assembler.dofs.count();

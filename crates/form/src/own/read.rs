@@ -1,6 +1,6 @@
 //! The dofs of a result that any code has written: values at the nodes of cells, or of cells, on the mesh of a form.
 //!
-//! Nothing is projected: a field is a function of the space of its unknown, or it is refused.
+//! Nothing is projected: a field is a function of the space of its unknown, or it is rejected.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -13,23 +13,23 @@ use super::element::{Shape, carriers};
 use super::output::values;
 use super::places::centre;
 
-/// Points are at one place if they are nearer than this part of the domain.
+/// Points are equal if their distance is less than this fraction of the domain.
 const NEAR: f64 = 1e-6;
-/// A node of a cell may be off its place by this part of the cell.
+/// The tolerance for the position of a node, as a fraction of the cell.
 const SHIFT: f64 = 1e-3;
-/// Values that differ by less than this part of the largest are of one function: what codes leave that evaluate one for each cell.
+/// Values that differ by less than this fraction of the largest are of one function: codes that evaluate one value per cell leave such differences.
 const SAME: f64 = 1e-12;
-/// Of numbers that were rounded when they were written, two may be apart by so many of their last digits.
+/// If numbers were rounded when they were written, two may differ by this many units of their last digits.
 const WRITTEN: f64 = 4.0;
 
 fn refuse(what: String, remedy: &str) -> Error {
     Error::usage(what, remedy)
 }
 
-/// The dofs of all unknowns, whose numbers were written with this relative error; those of an unknown without a name are 0.
+/// The dofs of all unknowns, whose values were written with this relative precision; those of an unknown without a name are 0.
 ///
 /// # Errors
-/// A result on another mesh, and fields that are not there or are no functions of the spaces.
+/// A result on another mesh, and fields that are missing or are not functions of the spaces.
 pub fn read(assembler: &Assembler, result: &Mesh, unit: f64) -> Result<Vec<f64>> {
     let cells = cells(assembler, result)?;
     let mut u = vec![0.0; assembler.dofs.count()];
@@ -40,7 +40,7 @@ pub fn read(assembler: &Assembler, result: &Mesh, unit: f64) -> Result<Vec<f64>>
     Ok(u)
 }
 
-/// A cell of the result: its number, which cell of ours it is, and its nodes with their places.
+/// A cell of the result: its number, the corresponding cell of ours, and its nodes with their positions.
 struct Cell {
     number: u32,
     own: usize,
@@ -152,7 +152,7 @@ fn unknown(
             ));
         }
     };
-    // In the plane vectors may have a third component.
+    // In 2D, vectors may have a third component.
     if field.components != size && !(field.components == 3 && size == 2) {
         return Err(refuse(
             format!(
@@ -250,7 +250,7 @@ fn unknown(
     check(assembler, k, u, &given, row, same)
 }
 
-/// Are the dofs the function that was given?
+/// Do the dofs represent the given function?
 fn check(
     assembler: &Assembler,
     k: usize,
@@ -280,7 +280,7 @@ fn check(
                 for c in 0..size {
                     let (value, wanted) =
                         (found[(cell * nodes.len() + q) * size + c], row(*item, c));
-                    // Negated so that NaN is refused.
+                    // Negated so that NaN is rejected.
                     if !((value - wanted).abs() <= same * largest) {
                         return Err(refuse(
                             format!(

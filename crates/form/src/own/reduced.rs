@@ -1,4 +1,4 @@
-//! The equations of a step of Newton's method: those of the free dofs, and the given means with a multiplier each.
+//! The equations of a step of Newton's method: those of the free dofs, and the prescribed means with one multiplier each.
 
 use faceoff_fem::linear::General;
 use faceoff_mesh::error::{Error, Result};
@@ -7,16 +7,16 @@ use super::assemble::{Assembler, System};
 use super::held::{Held, means};
 use super::places::places;
 
-/// The equations that are left once given dofs are taken out.
+/// The equations that remain after elimination of prescribed dofs.
 pub struct Reduced<'a> {
     assembler: &'a Assembler,
     held: &'a Held,
-    /// For each given mean the integrals of the basis functions, and the value of their sum.
+    /// For each prescribed mean the integrals of the basis functions, and the value of their sum.
     means: Vec<(Vec<f64>, f64)>,
     /// The free dofs, and the number of each dof among them.
     free: Vec<usize>,
     numbers: Vec<Option<usize>>,
-    /// Where the free dofs are.
+    /// The positions of the free dofs.
     places: Vec<[f64; 3]>,
     factor: Option<General>,
 }
@@ -43,7 +43,7 @@ impl<'a> Reduced<'a> {
         }
     }
 
-    /// What is to be subtracted from u. A system without a matrix has that of the last call.
+    /// The increment to subtract from u. A system without a matrix uses that of the last call.
     ///
     /// # Errors
     /// A singular matrix.
@@ -74,7 +74,7 @@ impl<'a> Reduced<'a> {
         Ok(d)
     }
 
-    /// The rows of the matrix; what the increments d of given dofs contribute is taken from the right side.
+    /// The rows of the matrix; the contributions of the increments d of prescribed dofs are moved to the right-hand side.
     fn rows(&self, matrix: &[f64], d: &[f64], right: &mut [f64]) -> Vec<Vec<(usize, f64)>> {
         let count = self.free.len();
         let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); count];

@@ -1,4 +1,4 @@
-//! Newton's method as in all scripts: from 0, Dirichlet values by the first increment, until an increment is nothing.
+//! Newton's method as in all scripts: from 0, with Dirichlet values imposed by the first increment, until an increment is negligible.
 
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
@@ -10,14 +10,14 @@ use super::held::{Held, held, initial};
 use super::reduced::Reduced;
 use crate::problem::Problem;
 
-/// Newton's method takes no more steps than this.
+/// The most steps of Newton's method.
 const MOST_STEPS: usize = 200;
-/// So many of them are whole, as in all scripts. Where these have not ended, active sets return: from then on each is the part
+/// The number of full steps, as in all scripts. If they have not converged, active sets repeat: from then on each step is the fraction
 /// that leaves the smallest residual.
 const WHOLE_STEPS: usize = 12;
-/// A step is halved at most so often.
+/// The most halvings of a step.
 const HALVINGS: i32 = 6;
-/// The last increment, over the largest dof.
+/// The stopping tolerance for an increment, relative to the largest dof.
 const SMALL: f64 = 1e-10;
 
 /// The solution of a form.
@@ -27,14 +27,14 @@ pub struct Solution {
     pub assembler: Assembler,
     /// The dofs of all unknowns.
     pub u: Vec<f64>,
-    /// Steps of Newton's method, in all steps in time.
+    /// The number of steps of Newton's method, over all time steps.
     pub steps: usize,
 }
 
 /// Solves a form on a mesh.
 ///
 /// # Errors
-/// A mesh on which nothing can be solved, a singular matrix, values that are not finite, and an iteration that does not converge.
+/// A mesh on which the form cannot be solved, a singular matrix, values that are not finite, and an iteration that does not converge.
 pub fn solve(problem: &Problem, source: &Mesh) -> Result<Solution> {
     solve_with(problem, source, |_| ())
 }
@@ -42,7 +42,7 @@ pub fn solve(problem: &Problem, source: &Mesh) -> Result<Solution> {
 /// The same, and calls `with` with the dofs after each step of Newton's method.
 ///
 /// # Errors
-/// As [`solve()`].
+/// Errors of [`solve()`].
 pub fn solve_with(
     problem: &Problem,
     source: &Mesh,
@@ -132,7 +132,7 @@ fn newton(
     })
 }
 
-/// u less a part of an increment, with the values of given dofs.
+/// u minus a fraction of an increment, with the values of prescribed dofs.
 fn move_by(held: &Held, u: &mut [f64], d: &[f64], part: f64) {
     for (k, u) in u.iter_mut().enumerate() {
         *u = match held.is_held[k] {
@@ -142,8 +142,8 @@ fn move_by(held: &Held, u: &mut [f64], d: &[f64], part: f64) {
     }
 }
 
-/// The part of an increment after which the residual of the free dofs is smallest, each row over its diagonal entry: rows of a material that is nearly
-/// incompressible are of sizes that have nothing to do with each other.
+/// The fraction of an increment after which the residual of the free dofs is smallest, each row relative to its diagonal entry: for a nearly
+/// incompressible material the sizes of rows differ widely.
 fn damped(
     assembler: &Assembler,
     held: &Held,

@@ -1,4 +1,4 @@
-//! The linear system of a form, as other programs can read it.
+//! The linear system of a form, for other programs.
 
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::{Coordinates, DofTable};
@@ -10,11 +10,11 @@ use super::held::held;
 use super::places::dof_table;
 use crate::problem::Problem;
 
-/// A, b and the table of dofs of a form: the derivative of F at 0 and -F(0; ·), of a form that is not linear at [`state`], with rows of the identity for given
+/// A, b and the table of dofs of a form: the derivative of F at 0 and -F(0; ·), for a nonlinear form at [`state`], with rows of the identity for prescribed
 /// dofs. Means and their multipliers are not part of it.
 ///
 /// # Errors
-/// A form with steps in time; a mesh on which nothing can be solved; values that are not finite.
+/// A form with time steps; a mesh on which it cannot be solved; values that are not finite.
 pub fn system(problem: &Problem, source: &Mesh) -> Result<(Coordinates, Vec<f64>, DofTable)> {
     if problem.time.is_some() {
         let what = format!(
@@ -79,7 +79,7 @@ pub fn system(problem: &Problem, source: &Mesh) -> Result<(Coordinates, Vec<f64>
     Ok((matrix, load.collect(), table))
 }
 
-/// Values of all dofs that depend on their places x and directions d alone, so that every code has the same: Σ dᵢ (1 + sin(i + x₀ + 2 x₁ + 3 x₂)/16).
+/// Values of all dofs that only depend on their positions x and directions d, so that every code has the same: Σ dᵢ (1 + sin(i + x₀ + 2 x₁ + 3 x₂)/16).
 pub fn state(dofs: &DofTable) -> Vec<f64> {
     let each = dofs.at.iter().zip(&dofs.direction).map(|(x, d)| {
         let phase = x[0] + 2.0 * x[1] + 3.0 * x[2];

@@ -1,8 +1,8 @@
 //! Scalar expressions as a list of operations on vectors of points.
 //!
-//! A batch has some cells (or facets) and the same quadrature points on each. What is the same at all points of a cell, as the gradient of a
-//! linear function is, is computed once per cell. Values stand point after point, those of all cells of the batch side by side, so that each
-//! operation is a loop without conditions over neighbours in memory.
+//! A batch has some cells (or facets) and the same quadrature points on each. Expressions that are constant on a cell, such as the gradient of a
+//! linear function, are computed once per cell. Values are stored point by point, those of all cells of the batch next to each other, so that each
+//! operation is a loop without conditions over contiguous memory.
 
 use std::collections::HashMap;
 
@@ -10,7 +10,7 @@ use faceoff_fem::scene::expression::{Comparison, Function};
 
 use crate::scalar::{Id, Node, Scalars};
 
-/// A vector of values: where it begins, in units of a value per cell, and whether it has one for each point.
+/// A vector of values: its start, in units of one value per cell, and whether it has one value per point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slot {
     at: usize,
@@ -24,7 +24,7 @@ enum Operation {
     Multiply(Slot, Slot),
     Divide(Slot, Slot),
     Power(Slot, Slot),
-    /// To a whole number, 2 or 3.
+    /// To the power of an integer, 2 or 3.
     Whole(Slot, u8),
     Call(Function, Slot, Slot),
     If(Comparison, [Slot; 4]),
@@ -34,9 +34,9 @@ enum Operation {
 #[derive(Debug, Clone)]
 pub struct Tape {
     points: usize,
-    /// Values per cell of all vectors.
+    /// The number of values per cell in all vectors.
     size: usize,
-    /// The ends, which are given: numbers, coordinates, fields.
+    /// The leaves, which are given: numbers, coordinates, fields.
     pub ends: Vec<(Node, Slot)>,
     operations: Vec<(Operation, Slot)>,
     slots: HashMap<Id, Slot>,
@@ -50,7 +50,7 @@ pub struct Memory {
 }
 
 impl Tape {
-    /// For these expressions at so many points; `varies` says which ends differ between the points of a cell.
+    /// For these expressions at a number of points; `varies` determines which leaves differ between the points of a cell.
     pub fn new(
         scalars: &Scalars,
         roots: &[Id],
@@ -105,18 +105,18 @@ impl Tape {
         slot
     }
 
-    /// Where the value of an expression is.
+    /// The vector of an expression.
     pub fn slot(&self, id: Id) -> Slot {
         self.slots[&id]
     }
 
-    /// Makes room for a batch of so many cells.
+    /// Allocates memory for a batch of this many cells.
     pub fn prepare(&self, memory: &mut Memory, cells: usize) {
         memory.cells = cells;
         memory.values.resize(self.size * cells, 0.0);
     }
 
-    /// Evaluates all operations, once the ends are there.
+    /// Evaluates all operations, after the leaves are set.
     pub fn run(&self, memory: &mut Memory) {
         let cells = memory.cells;
         for (operation, slot) in &self.operations {
@@ -158,14 +158,14 @@ fn each(out: &mut [f64], a: &[f64], b: &[f64], of: impl Fn(f64, f64) -> f64) {
 }
 
 impl Memory {
-    /// The values at a point, of the cells in turn.
+    /// The values at a point, cell by cell.
     #[inline]
     pub fn row(&self, slot: Slot, point: usize) -> &[f64] {
         let at = (slot.at + if slot.varies { point } else { 0 }) * self.cells;
         &self.values[at..at + self.cells]
     }
 
-    /// The same, to be given.
+    /// The same, for writing.
     #[inline]
     pub fn row_mut(&mut self, slot: Slot, point: usize) -> &mut [f64] {
         let at = (slot.at + if slot.varies { point } else { 0 }) * self.cells;

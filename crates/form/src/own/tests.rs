@@ -1,4 +1,4 @@
-//! What no other code can tell: that matrices are derivatives, that sums do not depend on the number of cores, and what is refused.
+//! Properties that no other code can test: matrices are derivatives, sums do not depend on the number of cores, and invalid input is rejected.
 
 use std::path::Path;
 
@@ -143,7 +143,7 @@ fn what_has_no_solution_is_an_error_with_a_sentence() {
     }
 }
 
-/// Values at nodes are those of the function: a quadratic solution is found.
+/// Values at nodes are those of the function: a quadratic solution is exact.
 #[test]
 fn a_quadratic_solution_is_found() {
     let mesh = union_cube(2, [1.0; 3]);
@@ -157,7 +157,7 @@ fn a_quadratic_solution_is_found() {
     }
 }
 
-/// A continuous unknown that is written cell by cell, as another one needs it, and jumps by hardly more than rounding.
+/// A continuous unknown that is written cell by cell, because another unknown needs that, with jumps of little more than rounding.
 #[test]
 fn a_field_that_jumps_is_no_continuous_function() {
     let mesh = mesh(2);
@@ -184,7 +184,7 @@ fn a_field_that_jumps_is_no_continuous_function() {
         refused.to_string().contains("is no function of P1"),
         "{refused}"
     );
-    // Of numbers with seven digits that is rounding.
+    // For numbers with seven digits that is rounding.
     assert!(judge(&problem, &mesh, &result, 5e-7).is_ok());
 }
 

@@ -1,4 +1,4 @@
-//! One integral of a form, ready to be evaluated: where, at which points, by which operations, and what becomes of the results.
+//! One integral of a form, ready to be evaluated: its entities, its points, its operations, and the use of their results.
 
 use std::collections::BTreeMap;
 
@@ -11,9 +11,9 @@ use crate::grid::{Cells, Grid};
 use crate::problem::{Bilinear, Domain, Integral, Problem};
 use crate::scalar::{Field, Id, Leaf, Node, Side};
 
-/// Numbers in the matrix of a batch: what a core keeps at hand.
+/// Numbers in the matrix of a batch, so that it fits into a core's cache.
 const ROOM: usize = 1 << 14;
-/// Cells of a batch, at most.
+/// The most cells of a batch.
 const MOST: usize = 64;
 
 /// A cell, or a facet with its one or two cells.
@@ -21,23 +21,23 @@ const MOST: usize = 64;
 pub struct Entity {
     /// The second is that of the other side.
     pub cells: [u32; 2],
-    /// Which placement of the points each cell has.
+    /// The placement of the points in each cell.
     pub places: [u16; 2],
 }
 
-/// The quadrature points in the reference cell: those of a facet are placed by its vertices in one order, so that both cells of a
+/// The quadrature points in the reference cell: those of a facet are placed by its vertices in a fixed order, so that both cells of a
 /// facet have the same.
 #[derive(Debug)]
 pub struct Placement {
     /// The number of the facet in the cell.
     pub facet: usize,
-    /// Places in the reference cell.
+    /// Positions in the reference cell.
     pub points: Vec<[f64; 4]>,
     /// Basis functions of each shape.
     pub tables: Vec<Table>,
 }
 
-/// One component of an unknown from one side: the scalar functions that an integral is made of.
+/// One component of an unknown from one side: the scalar functions in an integral.
 #[derive(Debug, Clone, Copy)]
 pub struct Block {
     pub side: usize,
@@ -50,10 +50,10 @@ pub struct Block {
     pub start: usize,
 }
 
-/// Where the values of a field come from.
+/// The source of the values of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Given {
-    /// The dofs of a block, or those of the step before.
+    /// The dofs of a block, or those of the previous step.
     Block { block: usize, is_old: bool },
     /// A component of a datum that is interpolated, from a side.
     Datum {
@@ -68,7 +68,7 @@ pub enum Given {
 pub struct Needed {
     pub given: Given,
     pub shape: usize,
-    /// The derivatives and where they go.
+    /// The derivatives and their destinations.
     pub derivatives: Vec<(usize, Slot)>,
 }
 
@@ -98,7 +98,7 @@ pub struct Work {
     pub placements: Vec<Placement>,
     pub shapes: Vec<Shape>,
     pub blocks: Vec<Block>,
-    /// Functions of all blocks.
+    /// The number of functions of all blocks.
     pub size: usize,
     pub tape: Tape,
     pub needed: Vec<Needed>,
@@ -109,7 +109,7 @@ pub struct Work {
     /// Blocks of test function and increment, and the coefficients of their derivatives.
     pub matrix: Vec<(usize, usize, Pairs)>,
     pub has_second: bool,
-    /// Does the map of the reference cell have another Jacobian at each point?
+    /// Does the Jacobian of the map of the reference cell vary between points?
     pub is_curved: bool,
 }
 
@@ -136,7 +136,7 @@ fn side(side: Side) -> usize {
 }
 
 impl Work {
-    /// Of an integral by rules on cells and facets, and its derivative, which may be left out.
+    /// From an integral by rules on cells and facets, with its derivative, which may be left out.
     pub fn new(
         problem: &mut Problem,
         mesh: &Grid,
@@ -304,7 +304,7 @@ impl Work {
         work
     }
 
-    /// Entities that are evaluated together: of one placement, as many as fit into the cache.
+    /// Entities that are evaluated together: with one placement, as many as fit into the cache.
     pub fn batches<'a>(&self, entities: &'a [Entity]) -> impl Iterator<Item = &'a [Entity]> {
         let room = ROOM / (self.size * self.size).max(1);
         let most = (room / 8 * 8).clamp(8, MOST);
@@ -312,7 +312,7 @@ impl Work {
         runs.flat_map(move |run| run.chunks(most))
     }
 
-    /// The unknowns of each side: where their functions begin, and how far apart components are.
+    /// The unknowns of each side: the start of their functions, and the stride of components.
     pub fn wholes(&self) -> impl Iterator<Item = &Block> {
         self.blocks.iter().filter(|block| block.component == 0)
     }

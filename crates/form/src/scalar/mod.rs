@@ -15,7 +15,7 @@ pub struct Id(u32);
 /// The side of a facet from which the limit of a function is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
-    /// From the only cell there is: inside of cells and on the boundary.
+    /// From the only adjacent cell: inside of cells and on the boundary.
     Here,
     /// From the first cell of an interior facet; its normal points into the other.
     Plus,
@@ -28,7 +28,7 @@ pub enum Side {
 pub enum Field {
     /// An unknown.
     Unknown(usize),
-    /// An unknown at the end of the step before.
+    /// An unknown at the end of the previous step.
     Old(usize),
     /// The increment of an unknown in a step of Newton's method.
     Increment(usize),
@@ -45,7 +45,7 @@ pub struct Leaf {
     pub field: Field,
     /// 0 for a scalar field.
     pub component: usize,
-    /// The partial derivative along this axis; none: the value.
+    /// The partial derivative along this axis; `None`: the value.
     pub axis: Option<usize>,
     /// The derivative of that along another axis, which is not before the first one.
     pub second: Option<usize>,
@@ -53,7 +53,7 @@ pub struct Leaf {
     pub side: Side,
 }
 
-/// A length of a cell: one that a form names, or that a code may take for it.
+/// A length of a cell: one that a form names, or that a code may use instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Length {
     /// The longest edge.
@@ -62,7 +62,7 @@ pub enum Length {
     Circumradius,
     /// The radius of the largest circle or ball inside.
     Inradius,
-    /// The longest edge of the facet on which it is asked for; inside of cells the shortest edge.
+    /// The longest edge of the facet at hand; inside of cells the shortest edge.
     Facet,
 }
 
@@ -93,12 +93,12 @@ pub enum Node {
     Power(Id, Id),
     /// A function of one or two arguments.
     Call(Function, Id, Option<Id>),
-    /// The third where the first two compare so, else the fourth.
+    /// The third if the comparison of the first two holds, else the fourth.
     If(Comparison, [Id; 4]),
 }
 
 impl Length {
-    /// Its name in forms; that of the inradius is in none.
+    /// Its name in forms; that of the inradius is not available in forms.
     pub fn name(self) -> &'static str {
         match self {
             Length::Diameter => "h",
@@ -108,7 +108,7 @@ impl Length {
         }
     }
 
-    /// Of a cell; with a facet of it, if it is one of a facet.
+    /// The length for a cell; with a facet of it, if it is one of a facet.
     pub fn of(self, cell: &CellGeometry, facet: Option<usize>) -> f64 {
         let dim = cell.dim;
         let edges = |without: Option<usize>| {
@@ -138,7 +138,7 @@ impl Length {
 }
 
 impl Node {
-    /// The nodes that it is made of.
+    /// The nodes that it depends on.
     pub fn parts(&self) -> Vec<Id> {
         match *self {
             Node::Add(a, b) | Node::Multiply(a, b) | Node::Divide(a, b) | Node::Power(a, b) => {
@@ -151,20 +151,20 @@ impl Node {
     }
 }
 
-/// Bounds of what is worked on recursively: far beyond any form that a person writes.
+/// Bounds for recursive algorithms: far beyond any form that a person writes.
 const MOST_DEPTH: u32 = 250;
 const MOST_NODES: usize = 100_000;
 
-/// All expressions of a problem; a node comes after those that it is made of.
+/// All expressions of a problem; a node comes after those that it depends on.
 #[derive(Clone, Default)]
 pub struct Scalars {
     nodes: Vec<Node>,
-    /// The longest path from each node to an end.
+    /// The longest path from each node to a leaf.
     depths: Vec<u32>,
     known: HashMap<Node, Id>,
 }
 
-/// The nodes, which are all that there is to know: the same text for the same expressions.
+/// The nodes, which contain all information: the same text for the same expressions.
 impl std::fmt::Debug for Scalars {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_list().entries(&self.nodes).finish()
@@ -172,12 +172,12 @@ impl std::fmt::Debug for Scalars {
 }
 
 impl Scalars {
-    /// What an expression is.
+    /// The node of an expression.
     pub fn node(&self, id: Id) -> Node {
         self.nodes[id.0 as usize]
     }
 
-    /// The number that an expression is.
+    /// The number, if the expression is one.
     pub fn number_of(&self, id: Id) -> Option<f64> {
         match self.node(id) {
             Node::Number(bits) => Some(f64::from_bits(bits)),
@@ -194,7 +194,7 @@ impl Scalars {
         self.number_of(id) == Some(1.0)
     }
 
-    /// A node as it is; the constructors below simplify first.
+    /// A node, unchanged; the constructors below simplify first.
     pub fn push(&mut self, node: Node) -> Id {
         if let Some(known) = self.known.get(&node) {
             return *known;
@@ -208,13 +208,13 @@ impl Scalars {
         next
     }
 
-    /// Can the expression be worked on recursively, whatever text it came from? Nested tensor functions make expressions that are much
+    /// Is recursion over the expression safe, whatever its text was? Nested tensor functions make expressions that are much
     /// deeper and larger than their text.
     pub fn is_bounded(&self, id: Id) -> bool {
         self.depths[id.0 as usize] <= MOST_DEPTH && self.nodes.len() <= MOST_NODES
     }
 
-    /// The number of operations in an expression that is written out in full, where shared parts count as often as they occur.
+    /// The number of operations in an expression that is written out in full, with shared parts counted as often as they occur.
     pub fn length(&self, id: Id) -> f64 {
         let mut lengths: HashMap<Id, f64> = HashMap::new();
         for each in self.nodes_of([id]) {
@@ -316,7 +316,7 @@ impl Scalars {
         self.push(Node::Call(function, a, b))
     }
 
-    /// `then` where a and b compare so, else `otherwise`.
+    /// `then` if the comparison of a and b holds, else `otherwise`.
     pub fn choose(&mut self, comparison: Comparison, parts: [Id; 4]) -> Id {
         match parts[2] == parts[3] {
             true => parts[2],
@@ -330,7 +330,7 @@ impl Scalars {
         parts.into_iter().fold(zero, |a, b| self.add(a, b))
     }
 
-    /// The same with other nodes: `change` gives what takes the place of an end, or none where it stays.
+    /// The same with replaced nodes: `change` returns the replacement of a leaf, or `None` to keep it.
     pub fn map(&mut self, id: Id, change: &mut impl FnMut(&mut Self, Node) -> Option<Id>) -> Id {
         self.mapped(id, change, &mut HashMap::new())
     }
@@ -377,7 +377,7 @@ impl Scalars {
         found
     }
 
-    /// All nodes of some expressions, each once, parts first.
+    /// All nodes of some expressions, each once, in order of dependence.
     pub fn nodes_of(&self, roots: impl IntoIterator<Item = Id>) -> Vec<Id> {
         let mut wanted: Vec<Id> = roots.into_iter().collect();
         let mut seen = BTreeSet::new();
@@ -400,7 +400,7 @@ impl Scalars {
             .collect()
     }
 
-    /// The derivative of an expression, given that of each of its ends: `of` is asked for leaves, coordinates, normals and diameters.
+    /// The derivative of an expression, given those of its leaves: `of` is called for leaves, coordinates, normals and diameters.
     pub fn derivative(&mut self, id: Id, of: &mut impl FnMut(&mut Self, Node) -> Id) -> Id {
         self.derived(id, of, &mut HashMap::new())
     }
@@ -629,7 +629,7 @@ impl Scalars {
         Ok(found)
     }
 
-    /// The value, given those of the ends; numbers and π are known.
+    /// The value, given those of the leaves; numbers and π are known.
     pub fn value(&self, id: Id, of: &impl Fn(Node) -> f64) -> f64 {
         let mut values = HashMap::new();
         for each in self.nodes_of([id]) {

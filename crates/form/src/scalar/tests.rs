@@ -36,7 +36,7 @@ fn leaf(field: Field, component: usize, axis: Option<usize>) -> Leaf {
     }
 }
 
-/// A random expression of two leaves, a parameter and a coordinate; what is not defined everywhere gets arguments for which it is.
+/// A random expression of two leaves, a parameter and a coordinate; functions that are not defined everywhere get valid arguments.
 fn expression(s: &mut Scalars, random: &mut Random, depth: usize) -> Id {
     if depth == 0 {
         return match random.below(5) {
@@ -117,7 +117,7 @@ fn derivatives_are_limits_of_differences() {
         let difference = |h: f64| (s.value(f, &of(h)) - s.value(f, &of(-h))) / (2.0 * h);
         let [coarse, fine] = [difference(2e-5), difference(1e-5)];
         let size = 1.0 + exact.abs() + s.value(f, &of(0.0)).abs();
-        // Kinks of max, min, abs and choices, and overflow, are no place for differences.
+        // Differences are not used at kinks of max, min, abs and conditionals, or with overflow.
         if !coarse.is_finite() || (coarse - fine).abs() > 1e-7 * size || size > 1e6 {
             continue;
         }
@@ -131,7 +131,7 @@ fn derivatives_are_limits_of_differences() {
     assert!(compared > 2500, "{compared}");
 }
 
-/// The derivative that Newton's method takes, of the forms that are not linear.
+/// The derivative in Newton's method, for the nonlinear forms.
 #[test]
 fn derivatives_of_forms_are_limits_of_differences() {
     let mut random = Random(7);
@@ -253,7 +253,7 @@ fn linear_expressions_are_their_coefficients() {
     assert_eq!(s.linear(zero, &is_test), Ok([].into()));
 }
 
-/// What is simplified has the same value.
+/// Simplification does not change the value.
 #[test]
 fn equal_expressions_are_one_node() {
     let mut s = Scalars::default();

@@ -1,4 +1,4 @@
-//! Definitions: what they mean is what one would write in their place, and what is wrong in them is told where they are used.
+//! Definitions mean the same as their bodies inserted by hand, and errors in them are reported where they are used.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ F = """inner(sigma(u), sym(grad(v)))*dx + inner(jump(sigma(u), n), jump(v))*dS
 left = ["-mu^2", "free"]
 "#;
 
-/// The same, put in by hand.
+/// The same, inserted by hand.
 const PLAIN: &str = r#"
 name = "defined"
 [spaces]
@@ -68,7 +68,7 @@ fn a_definition_is_what_is_written_in_its_place() {
         format!("{terms:?} {data:?} {held:?} {:?}", problem.scalars)
     };
     assert_eq!(all(&defined), all(&plain));
-    // Terms are shown as they were written, each from where it begins.
+    // Terms are shown as they were written, each from its beginning.
     let starts = defined
         .integrals
         .iter()
@@ -140,14 +140,14 @@ fn wrong_definitions_are_refused_with_their_place() {
         assert_ne!(changed, DEFINED, "{from}");
         let marked = match to.contains('¦') {
             true => changed,
-            // The place of what is put in is that of its use.
+            // Inserted text has the position of its use.
             false => changed.replacen("inner(sigma", "inner(¦sigma", 1),
         };
         check(&marked, words, &mesh()).unwrap_or_else(|why| panic!("{why}"));
     }
 }
 
-/// Each doubles the one before: what is put in ends at a limit, and no memory is taken for it.
+/// Each doubles the one before: the inserted text ends at a limit, before memory is allocated for it.
 #[test]
 fn definitions_that_double_end_at_a_limit() {
     let doubles = (1..60).map(|k| format!("a{k} = \"a{0} + a{0}\"\n", k - 1));

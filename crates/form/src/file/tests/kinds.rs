@@ -1,10 +1,10 @@
-//! Spaces of vectors, means and steps in time, used wrongly.
+//! Spaces of vectors, means and time steps, used wrongly.
 
 use faceoff_mesh::mesh::{CellBlock, CellKind, Group};
 
 use super::{GOOD, assert_refused, check, mesh, refused};
 
-/// With spaces of vectors, a mean and steps in time.
+/// With spaces of vectors, a mean and time steps.
 pub(super) const VECTORS: &str = r#"
 name = "vectors"
 [spaces]
@@ -92,7 +92,7 @@ fn what_vectors_means_and_steps_do_not_have() {
             "div(q)*test.p*dx + p*test.p*dx",
             "determine it already; leave it out",
         ),
-        // Steps in time.
+        // Time steps.
         (
             "f = \"t*x\"\n[time]\nstep = 0.25\nend = 1\n[initial]\np = \"x\"",
             "dt = \"x\"\nf = \"x\"",
@@ -155,7 +155,7 @@ fn what_vectors_means_and_steps_do_not_have() {
         let text = VECTORS.replacen(from, to, 1);
         match text.contains('¦') {
             true => check(&text, words, &mesh()).err(),
-            // The place is that of a table.
+            // The position is that of a table.
             false => match refused(&text, &mesh()) {
                 Ok(error) if error.to_string().contains(words) => None,
                 Ok(error) => Some(format!("{to}\n    {error}\n")),
@@ -183,7 +183,7 @@ fn what_vectors_means_and_steps_do_not_have() {
         "a third derivative",
         &mesh(),
     );
-    // On facets between cells nobody holds a vector.
+    // On facets between cells no vector is prescribed.
     let mut inside = mesh();
     let mut group = Group::new(1, 77);
     group.name = Some("inside".into());
