@@ -1,4 +1,4 @@
-//! The report of `verify` on a problem file: the user's codes on any problem.
+//! The report of `verify` on a face-off file: the user's codes on any problem.
 
 use super::compare::{compared, norms};
 use super::described::{open, why, worst};
@@ -26,7 +26,7 @@ use faceoff_mesh::error::Result;
 /// For coarser levels of one problem.
 pub(super) const NOT_JUDGED: &str = "not judged";
 
-/// The report of a problem file.
+/// The report of a face-off file.
 ///
 /// # Errors
 /// Only those of a broken installation.

@@ -1,4 +1,4 @@
-//! The report of `verify` on several problem files: scenes of elasticity, each by several methods.
+//! The report of `verify` on several face-off files: scenes of elasticity, each by several methods.
 
 use super::face_off::{QUESTION, claim, farthest, tell};
 use super::model::{Block, Report, Table, cells};
@@ -7,7 +7,7 @@ use crate::text::number::{size, whole};
 use crate::text::text;
 use faceoff_mesh::error::Result;
 
-/// The report of several problem files.
+/// The report of several face-off files.
 ///
 /// # Errors
 /// Only those of a broken installation.

@@ -1,4 +1,4 @@
-//! Spectra in a problem file: common eigenvalues, those that only one code has, modes as spaces.
+//! Spectra in a face-off file: common eigenvalues, those that only one code has, modes as spaces.
 
 use super::face_off::{NOT_JUDGED, level};
 use super::model::{Block, Cell, Table, TestCase, joined, table};

@@ -1,4 +1,4 @@
-//! The report of a sweep in a problem file.
+//! The report of a sweep in a face-off file.
 
 use super::html::{self, Axis, Chart, Line, chart_figure};
 use super::model::{Block, Cell, Table, TestCase, Todo, joined, table};

@@ -1,4 +1,4 @@
-//! A code of a problem file: a user's program, a script that is generated from a form, or a program that implements the protocol of engines
+//! A code of a face-off file: a user's program, a script that is generated from a form, or a program that implements the protocol of engines
 //! and solves a scene.
 
 use std::path::Path;
@@ -54,7 +54,7 @@ pub struct Protocol {
 const FIELD: &str = "u.vtu";
 
 impl Code {
-    /// The name in the problem file.
+    /// The name in the face-off file.
     pub fn name(&self) -> &str {
         &self.files().name
     }
@@ -227,7 +227,7 @@ impl Missing {
 }
 
 impl Protocol {
-    /// An engine under its name in the problem file.
+    /// An engine under its name in the face-off file.
     pub fn new(name: &str, engine: Box<dyn Engine>, scene: Scene, method: Method) -> Self {
         let files = Script {
             name: name.to_owned(),
@@ -278,7 +278,7 @@ impl Protocol {
 }
 
 impl Own {
-    /// A script for a form under its name in the problem file.
+    /// A script for a form under its name in the face-off file.
     pub fn new(files: Script, problem: Problem) -> Self {
         Own { files, problem }
     }

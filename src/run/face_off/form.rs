@@ -1,4 +1,4 @@
-//! Form files: problem files whose codes get their scripts from a weak form.
+//! Form files: face-off files whose codes get their scripts from a weak form.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -137,7 +137,7 @@ impl Reader {
         })
     }
 
-    /// The text of a form file or a problem file, and its reader. A scene of elasticity, by its path or its name if it is built in, is a form by a
+    /// The text of a form file or a face-off file, and its reader. A scene of elasticity, by its path or its name if it is built in, is a form by a
     /// method in these codes.
     pub(super) fn open(path: &Path, method: &Method, codes: &[String]) -> Result<(Self, String)> {
         let carried = path.to_str().and_then(elastic::builtin);

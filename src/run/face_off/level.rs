@@ -1,4 +1,4 @@
-//! The levels of a problem file: points on axes, which are the refinements of its mesh and a parameter that is a list, or both together.
+//! The levels of a face-off file: points on axes, which are the refinements of its mesh and a parameter that is a list, or both together.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! Problem files: any problem, solved by the user's codes on one mesh or on separate ones, and compared field by field.
+//! Face-off files: any problem, solved by the user's codes on one mesh or on separate ones, and compared field by field.
 //!
 //! ```toml
 //! name = "cantilever"
@@ -174,7 +174,7 @@ pub fn is_elastic(path: &Path) -> bool {
     is_builtin || file::text(path).is_ok_and(|text| elastic::is_elastic(&text))
 }
 
-/// Is this a problem file, a form file, or a scene of elasticity (by its name or file), rather than another scene? False if it cannot
+/// Is this a face-off file, a form file, or a scene of elasticity (by its name or file), rather than another scene? False if it cannot
 /// be read.
 pub fn is_face_off(path: &Path) -> bool {
     if path
@@ -199,7 +199,7 @@ impl FaceOff {
         })
     }
 
-    /// Reads a problem file; its relative paths refer to its folder.
+    /// Reads a face-off file; its relative paths refer to its folder.
     ///
     /// # Errors
     /// A file that cannot be read, unknown keys, settings that could not be judged, unknown placeholders.

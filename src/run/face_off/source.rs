@@ -1,4 +1,4 @@
-//! The table that gives the mesh of a problem file or a form file.
+//! The table that gives the mesh of a face-off file or a form file.
 
 use super::Source;
 use super::tables::{MeshTable, Reader, Several};

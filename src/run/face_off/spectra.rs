@@ -1,4 +1,4 @@
-//! `[spectra.NAME]` of a problem file: eigenvalues and modes that all codes have.
+//! `[spectra.NAME]` of a face-off file: eigenvalues and modes that all codes have.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The tables of a problem file and their checks.
+//! The tables of a face-off file and their checks.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

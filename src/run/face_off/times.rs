@@ -1,4 +1,4 @@
-//! The times at which results of a problem file are judged.
+//! The times at which results of a face-off file are judged.
 
 use serde::{Deserialize, Serialize};
 

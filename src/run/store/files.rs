@@ -1,4 +1,4 @@
-//! Answers that are files: those that a code of a problem file wrote, with one folder per run next to the journal or the record.
+//! Answers that are files: those that a code of a face-off file wrote, with one folder per run next to the journal or the record.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -39,7 +39,7 @@ impl Store {
     /// Stores in a folder, which is created if needed; `None`: in a temporary folder.
     ///
     /// # Errors
-    /// A folder with other contents, one of another problem file, or one that another run uses.
+    /// A folder with other contents, one of another face-off file, or one that another run uses.
     pub fn open(folder: Option<&Path>, name: &str) -> Result<Self> {
         let temporary = folder.is_none().then(Temporary::new).transpose()?;
         let own = temporary.as_ref().map(Temporary::path);

@@ -14,7 +14,7 @@ pub struct Code {
     pub suffix: &'static str,
     /// The command before the script.
     pub command: &'static [&'static str],
-    /// The format of the mesh, by its name in problem files, and the suffix of its files.
+    /// The format of the mesh, by its name in face-off files, and the suffix of its files.
     pub mesh: (&'static str, &'static str),
     /// The template of its scripts.
     pub(super) frame: &'static str,

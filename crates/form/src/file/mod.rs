@@ -40,7 +40,7 @@ impl Problem {
     }
 }
 
-/// Is this the text of a form file rather than of a scene or a problem file with codes?
+/// Is this the text of a form file rather than of a scene or a face-off file with codes?
 pub fn is_form(text: &str) -> bool {
     DeTable::parse(text).is_ok_and(|table| {
         let keys = table.get_ref();
@@ -456,7 +456,7 @@ impl<'a> File<'a> {
         let entries = self.entries(entry.value, "parameters")?;
         let each = entries.iter().map(|each| {
             let name = self.name(each, taken)?;
-            // For a list, whose values are levels of a problem file, the first.
+            // For a list, whose values are levels of a face-off file, the first.
             let list = each.value.get_ref().as_array();
             let first = list.map_or(Some(each.value), |list| list.iter().next());
             let value = first.and_then(|value| self.number(value)).ok_or_else(|| {
