@@ -18,7 +18,7 @@ pub struct MatrixRequest {
     pub scenes: Vec<Scene>,
     /// The methods for each scene.
     pub methods: Vec<Method>,
-    /// Refinements; `None`: those of each scene.
+    /// Refinements; empty: those of each scene.
     pub n: Vec<usize>,
     /// Columns of the matrix.
     pub releases: Vec<EngineFile>,

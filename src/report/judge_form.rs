@@ -57,7 +57,7 @@ struct RowTold {
     at: [f64; 3],
     error: f64,
     residual: f64,
-    /// The text of its largest term; empty for a prescribed value.
+    /// The text of its largest term; `None` for a prescribed value.
     #[serde(skip_serializing_if = "Option::is_none")]
     term: Option<String>,
 }

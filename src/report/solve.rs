@@ -37,7 +37,7 @@ pub struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     continuation: Option<usize>,
     increments: Vec<f64>,
-    /// The number of contact conditions that changed their status in each step; empty if the engine does not report it.
+    /// The number of contact conditions that changed their status in each step; `None` if the engine does not report it.
     #[serde(skip_serializing_if = "Option::is_none")]
     active_set_changes: Option<Vec<usize>>,
     /// The scheme's residual after each step, relative to its largest terms.

@@ -35,7 +35,7 @@ pub struct VerifyRequest<'a> {
     pub scenes: Vec<Scene>,
     /// The methods for each scene.
     pub methods: Vec<Method>,
-    /// Refinements; `None`: those of each scene.
+    /// Refinements; empty: those of each scene.
     pub n: Vec<usize>,
     /// At least two, with different names.
     pub engines: Vec<&'a dyn Engine>,

@@ -44,7 +44,7 @@ struct Condition {
     places: Vec<Place>,
 }
 
-/// A change for each condition with other values; `None` if one of them is unknown. Functions of vectors as a whole are not examined.
+/// A change for each condition with other values; empty if one of them is unknown. Functions of vectors as a whole are not examined.
 pub fn explain(residual: &Residual<'_>, unit: f64) -> Vec<Cause> {
     let held = residual.problem.held().into_iter().enumerate();
     let all = held.filter_map(|(k, held)| Some((k, condition(residual, held)?)));

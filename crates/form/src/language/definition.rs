@@ -13,7 +13,7 @@ const MOST_CHARACTERS: usize = 20_000;
 pub struct Definition {
     /// The name in formulas.
     pub name: String,
-    /// The names of its arguments; `None` for a plain name.
+    /// The names of its arguments; empty for a plain name.
     arguments: Vec<String>,
     body: Formula,
 }
