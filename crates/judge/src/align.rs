@@ -8,19 +8,19 @@ use faceoff_mesh::field::{FaceFields, PADDING};
 
 use super::view::Faces;
 
-/// What is matched, and how close the positions of a matching pair must be.
+/// What is matched, and the tolerance for the positions of a matching pair.
 pub(super) struct Nearness<'a> {
-    /// `face`, `cell`, `point`
+    /// The word for it in messages: `face`, `cell` or `point`.
     pub noun: &'a str,
-    /// The largest distance along an axis, for the k-th item of the first result.
+    /// The largest distance along an axis for the k-th item of the first result.
     pub near: &'a (dyn Fn(usize) -> f64 + Sync),
 }
 
 /// For each face of `a`, the face of `b` with the same vertices.
 ///
 /// # Errors
-/// Faces that only one side has, faces that appear twice, and faces with the same vertices at
-/// different positions.
+/// Faces that only one side has, faces that appear twice, and faces whose vertices are equal but whose
+/// positions differ.
 pub fn align(a: &FaceFields, b: &FaceFields) -> Result<Vec<u32>> {
     let exponent = 1.0 / a.dim.saturating_sub(1).max(1) as f64;
     let near = |i: usize| 1e-9 * a.measures.get(i).map_or(1.0, |m| m.powf(exponent));
@@ -100,7 +100,7 @@ pub(super) fn align_by(a: &Faces, b: &Faces, by: &Nearness) -> Result<Vec<u32>> 
     Ok(partner)
 }
 
-/// Vertices and, where known, the position.
+/// The vertices, and the position if it is known.
 fn label(fields: &Faces, face: usize) -> String {
     let vertices = fields.face(face).iter().filter(|v| **v != PADDING);
     let vertices: Vec<_> = vertices.collect();

@@ -1,5 +1,5 @@
-//! Whether two files have the same cells, which are part of a result: the same values on points that are connected otherwise
-//! are another function.
+//! Checks whether two files have the same cells. Cells are part of a result: the same values on points with a different
+//! connectivity are a different function.
 
 use std::cmp::Ordering;
 
@@ -12,8 +12,8 @@ use faceoff_mesh::field::{PADDING, Results};
 use faceoff_mesh::io::reference_nodes;
 use faceoff_mesh::mesh::{CellKind, Shape};
 
-/// Compares the cells of the dimensions that both files have, in any order, each as a set of vertices; in O(N log N). Where
-/// only one side has some: how many, and the first of them.
+/// Compares the cells of the dimensions that both files have, in any order, each as a set of vertices; in O(N log N). If
+/// only one side has some cells, returns how many, and the first of them.
 ///
 /// # Errors
 /// [`faceoff_mesh::Error::Ended`].
@@ -24,7 +24,7 @@ pub(super) fn other_cells(a: (&Results, &[u32]), b: (&Results, &[u32])) -> Resul
     }
     let width = a.0.width.max(b.0.width);
     let orders = [a.0, b.0].map(Order::of_all);
-    // Where one file does not say of which kind its cells are, their nodes have no order.
+    // If a file does not state the kinds of its cells, the order of their nodes is unknown.
     let ordered = orders.iter().all(|of| !of.is_empty())
         && orders
             .iter()
@@ -83,21 +83,21 @@ pub(super) fn other_cells(a: (&Results, &[u32]), b: (&Results, &[u32])) -> Resul
     )))
 }
 
-/// Some cells of one file.
+/// Some of the cells of a file.
 struct Cells {
-    /// Numbers of each cell, ascending, [`PADDING`] at the end; then, if there are any orders, two of [`Order::of`], since the
-    /// same nodes in another order may be another cell.
+    /// Node numbers of each cell, ascending, padded with [`PADDING`]; then, if there are any orders, two numbers of [`Order::of`], since the
+    /// same nodes in a different order may be a different cell.
     keys: Vec<u32>,
-    /// How many of these a cell has.
+    /// Numbers per cell in `keys`.
     width: usize,
-    /// Which cell of the file each is.
+    /// The index in the file of each cell.
     cells: Vec<u32>,
-    /// Sorted by their keys.
+    /// The cells, sorted by their keys.
     order: Vec<u32>,
 }
 
 impl Cells {
-    /// Those of some dimensions; all where a file does not say which it has.
+    /// The cells of some dimensions; all cells if a file does not state dimensions.
     fn new(
         side: &Results,
         numbers: &[u32],
@@ -144,15 +144,15 @@ impl Cells {
     }
 }
 
-/// Which nodes of a cell of one kind are how far apart, in a cell that is as regular as can be: that is the same for all ways to
-/// number it, also mirrored ones, and for no other order of its nodes.
+/// Pairs of nodes of one kind of cell with their distances in the most regular such cell. They are the same for all ways to
+/// number the cell, mirrored ones included, and for no other order of its nodes.
 struct Order {
     /// Two nodes, the second of which is a corner, and their distance.
     pairs: Vec<(usize, usize, u64)>,
 }
 
 impl Order {
-    /// Of each run of cells of one kind, with their number.
+    /// One for each run of cells of the same kind, with the number of these cells.
     fn of_all(side: &Results) -> Vec<(Self, usize)> {
         let runs = side.kinds.iter();
         runs.map(|(kind, count)| (Order::new(*kind), *count))
@@ -170,7 +170,7 @@ impl Order {
         // Squares of multiples of 1/p up to p = 10 are never halfway between two of these.
         let pairs = pairs.map(|(i, j)| (i, j, (1e6 * far(i, j)).round() as u64));
         let mut pairs: Vec<(usize, usize, u64)> = pairs.collect();
-        // Of a simplex all corners are alike.
+        // All corners of a simplex are equivalent.
         if pairs.iter().all(|pair| pair.2 == pairs[0].2) {
             pairs.clear();
         }
@@ -196,7 +196,7 @@ fn scattered(x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// The nodes of a regular cell; of a kind whose inner nodes are not known here, the corners alone; none of a polyhedron.
+/// The nodes of a regular cell. If the inner nodes of a kind are not known here, only its corners; empty for a polyhedron.
 fn regular(kind: CellKind) -> Vec<[f64; 3]> {
     let (shape, count) = (kind.shape(), kind.points());
     if shape == Shape::Polygon {
@@ -217,14 +217,14 @@ fn regular(kind: CellKind) -> Vec<[f64; 3]> {
     }
     let of = |order| CellKind::complete(shape, order).and_then(reference_nodes);
     let whole = kind.complete_order().and_then(of);
-    // What has no nodes inside has the others in the same order.
+    // Without inner nodes, the other nodes have the same order.
     let nodes = whole.or_else(|| of(kind.order()?).filter(|nodes| nodes.len() > count));
     let mut nodes = nodes.or_else(|| of(1)).unwrap_or_default();
     nodes.truncate(count);
     match shape {
         Shape::Triangle | Shape::Tetrahedron | Shape::Prism => {
             nodes.iter_mut().for_each(|[x, y, z]| {
-                // From the unit simplex to the regular one; a prism is a little higher than wide.
+                // From the unit simplex to the regular one; the height of a prism is a little larger than its width.
                 let up = if shape == Shape::Prism {
                     [0.0, 0.0, 1.1]
                 } else {
@@ -249,7 +249,7 @@ mod tests {
     use crate::{MatchBy, Settings, Verdict, compare_results};
     use faceoff_mesh::field::ResultField;
 
-    /// The same nodes of a cell in an order that is no way to number it: another hexahedron, or a middle on another edge.
+    /// The same nodes in an order that is not a numbering of the same cell: another hexahedron, or a midpoint on another edge.
     #[test]
     fn nodes_of_a_cell_in_another_order_are_another_cell() {
         let cell = |kind: CellKind, places: &[[f64; 3]], order: &[u32]| Results {

@@ -1,4 +1,4 @@
-//! One field on both sides: every difference is measured and counted, and the worst one located.
+//! Compares one field of both sides: measures every difference, counts those above the tolerance, and locates the largest.
 
 use super::view::{Column, Faces};
 use super::{FieldVerdict, Verdict, Worst};
@@ -30,18 +30,18 @@ impl FieldVerdict {
     }
 }
 
-/// By what a field is judged.
+/// The criterion for one field.
 pub(super) struct By<'a> {
-    /// What carries it, in messages.
+    /// The word in messages for the entity that carries it.
     pub noun: &'a str,
     pub tolerance: f64,
-    /// Whether NaN on both sides is no difference.
+    /// Whether NaN on both sides counts as equal.
     pub nan_equal: bool,
-    /// Whether several values are the components of one, rather than values at several points.
+    /// Whether several values are components of one value, rather than values at several points.
     pub has_components: bool,
 }
 
-/// Judges |a - b| ≤ tolerance · unit(k) on the k-th face that carries `a`; `partner` is [`super::align()`]'s.
+/// Judges |a - b| ≤ tolerance · unit(k) on the k-th face that carries `a`; `partner` is the result of [`super::align()`].
 pub(super) fn judge_column(
     fields: &Faces,
     a: &Column,
@@ -59,7 +59,7 @@ pub(super) fn judge_column(
         return Ok(failed(reason.into()));
     }
     if a.faces.is_empty() && b.faces.is_empty() && a.name == "jump" {
-        // A mesh of one cell has no interior face, hence no jump to compare.
+        // A mesh of one cell has no interior face and hence no jump to compare.
         return Ok(FieldVerdict {
             max_abs: 0.0,
             max_rel: 0.0,
@@ -180,7 +180,7 @@ pub(super) fn judge_column(
     Ok(result)
 }
 
-/// |a - b|, absolute and relative to the unit; `rest` is what rounding has taken from a - b. For a status: 1 where it flips, and the larger |P|.
+/// |a - b|, absolute and relative to the unit; `rest` is the part of a - b lost to rounding. For a status: 1 if it flips, and the larger |P|.
 pub(super) fn difference(kind: ColumnKind, x: f64, y: f64, rest: f64, unit: f64) -> (f64, f64) {
     match kind {
         ColumnKind::Value => {

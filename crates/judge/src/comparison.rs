@@ -1,4 +1,4 @@
-//! What a comparison of two files is made by, and what it finds.
+//! The settings of a comparison of two files, and its result.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,40 +11,40 @@ use faceoff_mesh::io::matches;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MatchBy {
-    /// By their numbers.
+    /// By point and cell numbers.
     Vertices,
-    /// By their places.
+    /// By coordinates.
     Coordinates,
-    /// Not at all: fields are functions, which are compared where both are.
+    /// Not matched: fields are compared as functions on the intersection of the two meshes.
     Functions,
 }
 
-/// What a comparison of two files finds.
+/// The result of a comparison of two files.
 #[derive(Debug, Serialize)]
 pub struct Comparison {
-    /// The worst of its fields.
+    /// The worst verdict of its fields.
     pub verdict: Verdict,
     /// The name of the first result.
     pub a: String,
     /// The name of the second.
     pub b: String,
-    /// By what points and cells were matched.
+    /// How points and cells were matched.
     pub map: MatchBy,
-    /// Every field that either has.
+    /// Every field that is in at least one of the files.
     pub fields: Vec<ComparedField>,
-    /// Whether the files are the same byte for byte; who reads them says so.
+    /// Whether the files are equal byte for byte, as stated by the caller that read them.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub identical: bool,
-    /// Where fields are compared as functions: what the two meshes have in common.
+    /// The overlap of the two meshes, if fields were compared as functions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub intersection: Option<Intersection>,
-    /// What only one file has without being judged.
+    /// Contents of only one file that were not judged.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// For each set of fields that was matched.
+    /// One per set of fields that was matched.
     #[serde(skip)]
     pub differences: Vec<Differences>,
-    /// The cells of the first result, where they were found from its faces.
+    /// The cells of the first result, if they were reconstructed from its faces.
     #[serde(skip)]
     pub found: Option<Box<Results>>,
 }
@@ -74,7 +74,7 @@ impl Comparison {
         }
     }
 
-    /// With the verdict that its fields have together.
+    /// Sets the verdict from those of the fields.
     pub(super) fn judged(mut self) -> Self {
         let verdicts = self.fields.iter().map(|f| f.field.verdict);
         self.verdict = Verdict::of_all(verdicts);
@@ -82,30 +82,30 @@ impl Comparison {
     }
 }
 
-/// One field of two files. What the verdict calls a face is the point, cell or corner that carries the field.
+/// One field of two files. A "face" in the verdict is the point, cell or corner that carries the field.
 #[derive(Debug, Clone, Serialize)]
 pub struct ComparedField {
-    /// What carries it.
+    /// The entities that carry it.
     pub on: On,
-    /// The largest |value| on either side: the scale on which the field is judged; each connected part has its own.
+    /// The largest |value| on either side, which is the scale of the field; each connected part of the mesh has a separate one.
     pub scale: Option<f64>,
-    /// What was allowed, relative to `scale`.
+    /// The tolerance relative to `scale`.
     pub rtol: f64,
-    /// What was allowed, in the unit of the field.
+    /// The tolerance in the unit of the field.
     pub atol: f64,
-    /// Norms of the difference, where cells are known.
+    /// Norms of the difference, if cells are known.
     #[serde(flatten)]
     pub norms: Option<Norms>,
-    /// Whether a file holds it as binary32, which rounds to 6e-8.
+    /// Whether a file stores it as binary32, which rounds to 6e-8.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub single: bool,
-    /// What was taken away before the two were compared, as the problem leaves it open.
+    /// What was subtracted or multiplied before the comparison because the problem leaves it open.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub removed: Vec<Removed>,
-    /// Of a field that disagrees: what would make the two equal, if the problem left it open.
+    /// If the field disagrees: a change that would make both equal, if the problem left it open.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub equal_after: Vec<Removed>,
-    /// How far the two are apart, and where.
+    /// The difference of the two, and its position.
     #[serde(flatten)]
     pub field: FieldVerdict,
 }
@@ -143,23 +143,23 @@ impl ComparedField {
     }
 }
 
-/// What carries a field.
+/// The entities that carry a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum On {
     /// Points of the mesh, or rows of a table.
     Points,
-    /// Cells, faces among them.
+    /// Cells, including faces stored as cells.
     Cells,
-    /// Corners of cells, which need not agree where they meet.
+    /// Corners of cells, whose values may differ at a shared point.
     Corners,
     /// The file as a whole.
     Whole,
-    /// All cells, whatever carries the values of either side.
+    /// All cells, regardless of which entities carry the values of either side.
     Functions,
-    /// The mesh itself: what part of it the other mesh does not cover.
+    /// The mesh: the part of it that the other mesh does not cover.
     Domain,
-    /// Nothing: a part of a file that was not read.
+    /// None: a part of a file that was not read.
     Unread,
 }
 
@@ -175,21 +175,21 @@ impl On {
     }
 }
 
-/// a - b for all fields on points, cells or corners, in the order of the first file. Of functions on other meshes ([`On::Functions`])
-/// three numbers for each cell of the first: the largest |a - b|, and the means of a and b on what both meshes cover (of |a| and |b|
+/// a - b for all fields on points, cells or corners, in the order of the first file. For functions on different meshes ([`On::Functions`])
+/// three numbers for each cell of the first: the largest |a - b|, and the means of a and b on the region that both meshes cover (of |a| and |b|
 /// if they have components).
 #[derive(Debug)]
 pub struct Differences {
-    /// What has the values.
+    /// The entities that carry the values.
     pub on: On,
-    /// What [`Differences::places`] returns, but empty where that is in the first file.
+    /// The value of [`Differences::places`], but empty if the first file contains it.
     pub(super) places: Vec<[f64; 3]>,
-    /// Name, components and values; NaN where a field is not carried.
+    /// Name, components and values; NaN where a field is not defined.
     pub fields: Vec<(String, usize, Vec<f64>)>,
 }
 
 impl Differences {
-    /// Coordinates of the corners, cell by cell, or of the points or cells in the order of the file, which is `a`.
+    /// Coordinates of the corners, cell by cell, or of the points or cells in the order of the file `a`.
     pub fn places<'a>(&'a self, a: &'a Results) -> &'a [[f64; 3]] {
         match self.on {
             On::Points if self.places.is_empty() => &a.points,
@@ -198,25 +198,25 @@ impl Differences {
     }
 }
 
-/// By what two results are compared.
+/// The settings of a comparison of two results.
 #[derive(Clone, Default)]
 pub struct Settings<'a> {
-    /// What is allowed for each field.
+    /// The tolerance of each field.
     pub tolerances: Tolerances,
-    /// Without it, points and cells are matched by their numbers if the points of both files are the same in the same order,
-    /// and by coordinates otherwise; fields on meshes with other cells are compared as functions.
+    /// `None`: points and cells are matched by their numbers if the points of both files are the same in the same order,
+    /// and by coordinates otherwise; fields on meshes with different cells are compared as functions.
     pub map: Option<MatchBy>,
-    /// Of functions: the part of a mesh that the other one need not cover; `None`: no more than rounding of the coordinates.
+    /// For functions: the part of a mesh that the other one need not cover. `None`: no more than rounding of the coordinates.
     pub alone: Option<f64>,
-    /// What the problem leaves open of single fields, by name or pattern; the last that matches counts.
+    /// What the problem leaves open in a field, by name or pattern; the last match counts.
     pub up_to: Vec<(String, Vec<UpTo>)>,
-    /// Fields of which NaN on both sides is no difference; NaN against a number always is. `*` and `?` stand for others.
+    /// Fields in which NaN on both sides counts as equal; NaN against a number never does. `*` and `?` are wildcards.
     pub nan_equal: Vec<String>,
-    /// How far apart two points may be along an axis and still be one; without it, what the digits of the files allow.
+    /// The distance along an axis up to which two points are the same. `None`: it follows from the digits in the files.
     pub near: Option<f64>,
-    /// Whether the files have the same bytes, so that what is in them and was not read is the same as well.
+    /// Whether the files have the same bytes, so that the parts that were not read are equal as well.
     pub identical: bool,
-    /// Hears how much of a long comparison is done, from 0 to 1.
+    /// Is called with the completed part of a long comparison, from 0 to 1.
     pub progress: Option<&'a (dyn Fn(f64) + Sync)>,
 }
 
@@ -244,33 +244,33 @@ impl Settings<'_> {
     }
 }
 
-/// The meshes of two results, laid over each other.
+/// The intersection of the meshes of two results.
 #[derive(Debug, Clone, Serialize)]
 pub struct Intersection {
     /// Cells of the highest dimension of either mesh.
     pub cells: [usize; 2],
     /// Area or volume of either mesh.
     pub measures: [f64; 2],
-    /// That of their intersection.
+    /// Area or volume of their intersection.
     pub common: f64,
-    /// What either has alone, summed over its cells.
+    /// Area or volume that only one of them covers, summed over its cells.
     pub alone: [f64; 2],
-    /// Cells with curved sides, which are taken as straight pieces between their nodes.
+    /// Cells with curved sides, which are approximated by straight pieces between their nodes.
     pub curved: [usize; 2],
-    /// Whether all functions are polynomials on the intersections of cells, so that integrals are exact but for rounding.
+    /// Whether all functions are polynomials on the intersections of cells, so that integrals are exact up to rounding.
     pub exact: bool,
 }
 
-/// Norms of the difference of two fields over their mesh, or over what two meshes have in common.
+/// Norms of the difference of two fields over their mesh, or over the intersection of two meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Norms {
     /// ‖a - b‖ in L², over all components.
     pub l2: f64,
-    /// The larger one of ‖a‖ and ‖b‖.
+    /// The larger of ‖a‖ and ‖b‖.
     pub l2_scale: f64,
-    /// |a - b| in H¹, cell by cell: ‖∇(a - b)‖; none where a field is constant on each cell.
+    /// |a - b| in H¹, cell by cell: ‖∇(a - b)‖; `None` if a field is constant on each cell.
     pub h1: Option<f64>,
-    /// The larger one of ‖∇a‖ and ‖∇b‖.
+    /// The larger of ‖∇a‖ and ‖∇b‖.
     pub h1_scale: Option<f64>,
 }
 

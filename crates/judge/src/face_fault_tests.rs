@@ -1,4 +1,4 @@
-//! Answers of two codes with one thing wrong in one of them, each of which the judge of faces must see.
+//! Answers of two codes with one fault in one of them, which the judge of faces must detect.
 
 use super::*;
 use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields};

@@ -1,4 +1,4 @@
-//! Crouzeix–Raviart functions from means on faces: the cells are found from their faces, and on each the function is linear.
+//! Crouzeix–Raviart functions from means on faces: the cells are reconstructed from their faces, and the function is linear on each.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};
 
-/// Are the cells of a file the faces of a mesh, segments in the plane or triangles in space?
+/// Are the cells of a file the faces of a mesh: segments in 2D or triangles in 3D?
 pub(super) fn are_faces(side: &Results) -> bool {
     let kinds = side.kinds.iter().filter(|(_, count)| *count > 0);
     let all = |kind| kinds.clone().all(|(of, _)| *of == kind);
@@ -15,13 +15,13 @@ pub(super) fn are_faces(side: &Results) -> bool {
     flat && (side.space == 2 && all(CellKind::Line) || side.space == 3 && all(CellKind::Triangle))
 }
 
-/// The functions that the values on all faces are means of, discontinuous and linear on each cell; and the names of what is
-/// not on all faces, which is no such function.
+/// The functions, discontinuous and linear on each cell, whose means the values on all faces are; and the names of the fields that
+/// are not on all faces and hence do not define such a function.
 ///
 /// With m_j the mean on the face opposite corner j, u = Σ m_j (1 - d λ_j): at corner i, Σ m_j - d m_i.
 ///
 /// # Errors
-/// Faces that are those of no cell.
+/// Faces that do not belong to a cell.
 pub(super) fn crouzeix_raviart(side: &Results) -> Result<(Results, Vec<String>)> {
     let dim = side.space;
     let cells = cells(side, dim)?;
@@ -76,10 +76,10 @@ pub(super) fn crouzeix_raviart(side: &Results) -> Result<(Results, Vec<String>)>
     Ok((found, others.into_iter().map(|f| f.name.clone()).collect()))
 }
 
-/// Corners of a cell, and its faces, each opposite its corner.
+/// The corners of a cell, and its faces, each opposite its corner.
 type Cell = ([u32; 4], [u32; 4]);
 
-/// All simplices whose faces are there and that lie on each of them: on each side of a face, the smallest.
+/// All simplices all of whose faces are in the file: on each side of a face, the smallest.
 fn cells(side: &Results, dim: usize) -> Result<Vec<Cell>> {
     let mut by_corners: HashMap<[u32; 3], u32> = HashMap::with_capacity(side.cell_count());
     let mut at_point: Vec<Vec<u32>> = vec![Vec::new(); side.point_count()];
@@ -94,7 +94,7 @@ fn cells(side: &Results, dim: usize) -> Result<Vec<Cell>> {
         side.cell(face)
             .for_each(|p| at_point[p as usize].push(face as u32));
     }
-    // Each simplex once, by the face that its largest corner is opposite to.
+    // Each simplex once, from the face opposite its largest corner.
     let mut found: Vec<(Cell, f64)> = Vec::new();
     for face in 0..side.cell_count() {
         cancel::check()?;
@@ -124,7 +124,7 @@ fn cells(side: &Results, dim: usize) -> Result<Vec<Cell>> {
             }
         }
     }
-    // The smallest on each side of each face, by its number among those found.
+    // The smallest on each side of each face, by its index among those found.
     let mut smallest: HashMap<(u32, bool), f64> = HashMap::new();
     let side_of = |(corners, faces): &Cell, i: usize| {
         let mut turned = *corners;
@@ -197,7 +197,7 @@ mod tests {
         side
     }
 
-    /// A triangle cut into three is no cell beside its parts; the function is linear again.
+    /// A triangle cut into three is not a cell if its parts are; the function is linear again.
     #[test]
     fn cells_are_found_from_their_faces() {
         let points = vec![

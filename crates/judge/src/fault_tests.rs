@@ -1,4 +1,4 @@
-//! Results of files with one thing wrong, each of which the comparison must see; and what is no fault.
+//! Files with one fault each, which the comparison must detect; and changes that are not faults.
 
 use super::*;
 use faceoff_mesh::error::Result;
@@ -61,7 +61,7 @@ fn field(name: &str, components: usize, values: Vec<f64>) -> ResultField {
     }
 }
 
-/// The same with points and cells in another order, and the corners of cells turned.
+/// The same with points and cells in a different order, and the corners of cells rotated.
 fn permuted(of: &Results) -> Results {
     let mut other = of.clone();
     other.source = "permuted".into();
@@ -183,7 +183,7 @@ fn continuous_data_are_compared_with_discontinuous_corner_by_corner() {
 
 type Fault = (&'static str, fn(&mut Results));
 
-/// What can be wrong with one of two files.
+/// The faults that one of two files may have.
 const FAULTS: [Fault; 30] = [
     ("a value", |r| r.on_points[0].values.to_mut()[7] += 1e-9),
     ("a sign", |r| r.on_points[0].values.to_mut()[7] *= -1.0),
@@ -383,7 +383,7 @@ fn all_values_that_are_not_finite_are_counted() {
 
 #[test]
 fn a_place_that_is_ambiguous_is_refused() {
-    // Two points of one cell at one place; two points of a cloud at one place.
+    // Two points of one cell at the same place; two points of a cloud at the same place.
     let a = results("a", 3, false);
     let mut b = permuted(&a);
     b.points.to_mut()[b.cells[1] as usize] = b.points[b.cells[0] as usize];
@@ -456,7 +456,7 @@ fn tolerances_are_those_of_the_field_its_scale_and_a_floor() {
         .is_err()
     );
 
-    // What is noise beside the field's own scale is judged by a floor, or not at all.
+    // Values that are noise on the field's scale are judged with an absolute tolerance, or not at all.
     let (mut a, mut b) = (a.clone(), a.clone());
     a.on_points[0].values.to_mut().fill(1e-17);
     b.on_points[0].values.to_mut().fill(0.0);
@@ -487,7 +487,7 @@ fn a_vector_of_the_plane_may_have_a_third_component_that_is_zero() {
     b.on_cells[0].values = with_third(&two, 1e-3).into();
     assert_eq!(verdict(&a, &b), Some(Verdict::Disagree));
     assert_eq!(verdict(&b, &a), Some(Verdict::Disagree));
-    // In space a component is missing.
+    // In 3D a component is missing.
     let (mut a, mut b) = (a, b);
     b.on_cells[0].values = with_third(&two, 0.0).into();
     (a.space, b.space) = (3, 3);
@@ -529,7 +529,7 @@ fn nan_may_be_expected_on_both_sides_and_never_on_one() {
     );
 }
 
-/// The same corners in another turn are another cell, which is folded where the first is not.
+/// The same corners in a different cyclic order are another cell, which is folded if the first is not.
 #[test]
 fn a_quadrangle_with_two_corners_exchanged_is_another_cell() {
     let quadrangle = |corners: [u32; 4]| Results {

@@ -1,11 +1,11 @@
-//! Files as they are written, compared as they are read: what a mesh, an integer, a time or a body of its own must not hide.
+//! Files compared as they are read: a mesh, an integer, a time or a separate body must not hide a difference.
 
 use super::*;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
 use faceoff_mesh::io;
 
-/// One array of numbers as VTU holds it.
+/// One array of numbers in the notation of VTU.
 fn array(kind: &str, name: &str, values: &[impl ToString]) -> String {
     let values: Vec<String> = values.iter().map(ToString::to_string).collect();
     format!(
@@ -15,7 +15,7 @@ fn array(kind: &str, name: &str, values: &[impl ToString]) -> String {
     )
 }
 
-/// A planar mesh of triangles with data on points and about the whole.
+/// A planar mesh of triangles with data on points and on the whole.
 fn vtu(name: &str, at: &[[f64; 2]], cells: &[[u32; 3]], on_points: &str, whole: &str) -> Results {
     let places: Vec<f64> = at.iter().flat_map(|p| [p[0], p[1], 0.0]).collect();
     let places = array("Float64", "Points", &places)
@@ -79,7 +79,7 @@ fn a_square_cut_along_the_other_diagonal_is_another_mesh() {
             assert_eq!(found.worst.as_ref().unwrap().midpoint, [0.5, 0.5]);
         }
     }
-    // A cell more, or twice.
+    // An additional cell, or the same cell twice.
     let more = vtu("b.vtu", &SQUARE, &[[0, 1, 2]], &u, "");
     let twice = vtu("b.vtu", &SQUARE, &[[0, 1, 2], [0, 1, 2], [0, 2, 3]], &u, "");
     for turn in [false, true] {
@@ -128,7 +128,7 @@ fn integers_that_round_to_one_float_differ() {
             assert!(said.contains(&number.to_string()), "{said}");
         }
     }
-    // Labels are compared exactly as well, unless their own tolerance says otherwise.
+    // Labels are compared exactly as well, unless they have a separate tolerance.
     let (a, b) = (
         file("Int32", [2_000_000_000, 1, 2, 3]),
         file("Int32", [2_000_000_001, 1, 2, 3]),
@@ -177,7 +177,7 @@ fn data_about_the_whole_are_compared() {
     );
 }
 
-/// Two bodies; `broken` gives every cell points of its own, so that cells share places only.
+/// Two bodies; `broken` gives every cell separate points, so that cells share only positions.
 fn bodies(name: &str, large: f64, small: f64, broken: bool) -> Results {
     let mut places = Vec::new();
     let mut cells = Vec::new();
@@ -215,7 +215,7 @@ fn a_small_body_beside_a_large_one_is_judged_on_its_own_scale() {
             (off.verdict, off.fields[0].scale),
             (Verdict::Disagree, Some(1e13))
         );
-        // One part has one scale: the corner where u is 1e-12 of the largest may be off by more than that.
+        // One part has one scale: the corner where u is 1e-12 of the largest value may have an error larger than that.
         let mut b = bodies("b.vtu", 1e13, 1.0, broken);
         b.on_points[0].values.to_mut()[0] += 1.0;
         assert_eq!(compare(&a, &b).unwrap().verdict, Verdict::Agree);

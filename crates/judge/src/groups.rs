@@ -1,4 +1,4 @@
-//! Groups of cells that both files have: do they have the same cells?
+//! Compares the cells of the groups that both files have.
 
 use super::comparison::{Comparison, On, Settings};
 use super::keyed::Keyed;
@@ -9,8 +9,8 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::mesh::Group;
 
-/// Adds a row for each group of one number, name and dimension that has other cells in the second file, and a note of groups that
-/// one file lacks while it has others. Both sides come with the numbers by which their points are matched.
+/// Adds a row for each group with the same number, name and dimension whose cells differ in the second file, and a note of groups that
+/// only one of two files with groups has. Both sides come with the numbers by which their points are matched.
 pub(super) fn judge_groups(
     [(a, of_a), (b, of_b)]: [(&Results, &[u32]); 2],
     near: f64,
@@ -39,7 +39,7 @@ pub(super) fn judge_groups(
     if of_a == of_b && a.cells == b.cells && a.groups == b.groups {
         return Ok(());
     }
-    // A number on each cell: whether it is in the group.
+    // One number per cell: whether it is in the group.
     let marks = |side: &Results, other: &Results| -> Vec<ResultField> {
         let shared = side.groups.iter().filter(|group| !lacks(other, group));
         let marks = shared.map(|group| {

@@ -1,7 +1,7 @@
 //! Tolerance and verdict, field by field.
 //!
-//! A field agrees where |a - b| ≤ tolerance · max|u| · s on every face: max|u| is the size of the
-//! solution, s how much the field can change when the dofs change by 1. Values that are not
+//! A field agrees if |a - b| ≤ tolerance · max|u| · s on every face, where max|u| is the size of the
+//! solution and s is how much the field can change when the dofs change by 1. Values that are not
 //! finite, and fields that are empty or missing on one side, never pass.
 
 use serde::Serialize;
@@ -12,14 +12,14 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 
-/// The outcome of a comparison, of a case, of a whole run.
+/// The outcome of a comparison, a case or a whole run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// All fields are within their tolerance.
     Agree,
-    /// Farther apart than the fixed tolerance, but no farther than rounding moves the solution of a scheme so
-    /// ill-conditioned.
+    /// The difference exceeds the fixed tolerance, but not the effect of rounding on the solution of such an ill-conditioned
+    /// scheme.
     #[serde(rename = "agree (conditioned)")]
     Conditioned,
     /// Something could not be judged.
@@ -37,12 +37,12 @@ impl Verdict {
         matches!(self, Verdict::Agree | Verdict::Conditioned)
     }
 
-    /// The worst of several; undetermined where there is none, as nothing was judged.
+    /// The worst of several; undetermined if there is none, since nothing was judged.
     pub fn of_all(all: impl IntoIterator<Item = Verdict>) -> Self {
         all.into_iter().max().unwrap_or(Verdict::Undetermined)
     }
 
-    /// As people and JSON have it.
+    /// The name in messages and JSON.
     pub fn word(self) -> &'static str {
         match self {
             Verdict::Agree => "agree",
@@ -54,34 +54,34 @@ impl Verdict {
     }
 }
 
-/// One field of one pair.
+/// One field of a pair of results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FieldVerdict {
-    /// Its name.
+    /// The name of the field.
     pub field: String,
-    /// Largest |a - b|; for the contact status 1 where a quadrature point differs beyond rounding.
+    /// Largest |a - b|; for the contact status 1 if a quadrature point differs beyond rounding.
     pub max_abs: f64,
     /// Largest |a - b| / (max|u| s), comparable with the tolerance.
     pub max_rel: f64,
-    /// The `tolerance` that `max_rel` is held against.
+    /// The bound for `max_rel`.
     pub tolerance: f64,
-    /// What conditioning makes of the tolerance where the fields differ most, if that was asked.
+    /// The tolerance as enlarged by the condition number at the face with the largest difference; `None` unless this was requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conditioned: Option<f64>,
     /// Whether the field agrees.
     pub verdict: Verdict,
-    /// Where it is largest.
+    /// Where the difference is largest.
     pub worst: Option<Worst>,
     /// Faces that carry the field.
     pub faces: usize,
     /// Faces beyond the tolerance.
     pub beyond: usize,
-    /// Root of the mean of (a - b)², weighted by face measure.
+    /// The root mean square of a - b, weighted by face measure.
     pub rms: f64,
     /// Quadrature points of Γ_C whose status differs although P is beyond rounding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flips: Option<usize>,
-    /// The same where |P| is at rounding level: reported, but not counted against agreement.
+    /// The same where |P| is of the size of rounding: reported, but not counted against agreement.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rounding_flips: Option<usize>,
     /// Why it could not be judged, or why it fails regardless of the values.
@@ -92,23 +92,23 @@ pub struct FieldVerdict {
 /// The face where two results differ most.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Worst {
-    /// Those of the face, ascending.
+    /// The vertices of the face, ascending.
     pub vertices: Vec<u32>,
-    /// Its centroid, as many coordinates as the mesh has; empty where places are unknown.
+    /// Its centroid, with one coordinate per dimension of the mesh; empty if positions are unknown.
     pub midpoint: Vec<f64>,
     /// The value of the first result.
     pub a: f64,
     /// The value of the second.
     pub b: f64,
-    /// Of a field with several.
+    /// The index of the component, for a field with several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub component: Option<usize>,
-    /// Where two meshes are compared: the cells, by their numbers in either file, that have these values at this place.
+    /// If two meshes are compared: the cells, by their indices in either file, that have these values at this position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<[u32; 2]>,
 }
 
-/// Judges every field that either side has.
+/// Judges every field that at least one side has.
 ///
 /// # Errors
 /// Faces that cannot be matched.
@@ -143,8 +143,8 @@ pub fn judge(a: &FaceFields, b: &FaceFields, tolerance: f64) -> Result<Vec<Field
         .collect()
 }
 
-/// Judges anew each field that disagrees, where rounding may have moved a face's dofs by as much as `moved`, absolute, one for
-/// each face of `a`: what is no farther apart than that agrees, conditioned.
+/// Judges again each field that disagrees, given the absolute amount `moved` by which rounding may have moved the dofs of
+/// each face of `a`: differences up to that amount agree, as conditioned.
 ///
 /// # Errors
 /// Faces that cannot be matched.
@@ -171,7 +171,7 @@ pub fn judge_conditioned(
                 field.tolerance
             }
         };
-        // In units of the tolerance, which is another one on each face.
+        // In units of the tolerance, which differs from face to face.
         let unit = |k: usize| size * of_a.sensitivity[k] * tolerance(k);
         let by = By {
             noun: "face",
@@ -191,7 +191,7 @@ pub fn judge_conditioned(
     Ok(())
 }
 
-/// max|u| over the face means; NaN if any of them is.
+/// max|u| over the face means; NaN if any of them is NaN.
 fn size(fields: &FaceFields) -> f64 {
     let means = fields.column("mean").map_or(&[][..], |c| &c.values);
     means.iter().fold(0.0, |max: f64, v| {
@@ -204,7 +204,7 @@ fn size(fields: &FaceFields) -> f64 {
 }
 
 /// |a - b| / (max|u| s) on each face that carries `field` on both sides, as [`judge`] compares it with the tolerance:
-/// faces of `a`, and one number each, the largest of its values. NaN where one is not finite.
+/// faces of `a`, with the largest of the values on each. NaN if one is not finite.
 ///
 /// # Errors
 /// Faces that cannot be matched.

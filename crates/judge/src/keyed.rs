@@ -20,12 +20,12 @@ pub(super) fn fields_on(results: &Results, on: On) -> &[ResultField] {
     }
 }
 
-/// The fields of one file on points, cells or corners, keyed so that they can be aligned.
+/// The fields of one file on points, cells or corners, with keys for aligning them.
 pub(super) struct Keyed<'a> {
     pub fields: Faces<'a>,
     pub carried: &'a [ResultField],
     by_name: HashMap<&'a str, &'a ResultField>,
-    /// Where points became corners: the row of a point field that each corner uses.
+    /// If points became corners: the row of the point field that each corner uses.
     pub corner_points: Option<Vec<u32>>,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Keyed<'a> {
                 }
                 fields.midpoints = side.centroids()?.into();
             }
-            // One array at a time, each of its own length: see `Keyed::of_whole`.
+            // One array at a time, each with a separate length: see `Keyed::of_whole`.
             On::Whole | On::Functions | On::Domain | On::Unread => {}
             On::Points | On::Corners => {
                 fields.dim = side.width + 1;
@@ -90,7 +90,7 @@ impl<'a> Keyed<'a> {
         Keyed::of(self.fields, carried)
     }
 
-    /// One array about the file as a whole, keyed by the order of its entries.
+    /// One array on the file as a whole, keyed by the order of its entries.
     pub fn of_whole(side: &'a Results, array: &'a ResultField) -> Self {
         let fields = Faces {
             source: &side.source,
@@ -150,7 +150,7 @@ impl<'a> Keyed<'a> {
         Ok(column)
     }
 
-    /// The values that set the scale of a field: its own, or those of another.
+    /// The values that set the scale of a field: those of the field, or those of another one.
     ///
     /// # Errors
     /// [`Error::Ended`].
@@ -202,7 +202,7 @@ fn push_key(
     Ok(())
 }
 
-/// Points that belong to no cell are keyed by themselves.
+/// The key of a point that belongs to no cell is the point.
 fn add_orphans(keys: &mut Vec<u32>, points: &mut Vec<u32>, side: &Results, numbers: &[u32]) {
     let mut used = vec![false; side.point_count()];
     points.iter().for_each(|p| used[*p as usize] = true);

@@ -1,4 +1,4 @@
-//! What makes a comparison fair: two results rather than one and its copy, and tolerances that are stated.
+//! The conditions of a fair comparison: two results rather than one and its copy, and stated tolerances.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -13,12 +13,12 @@ use faceoff_mesh::io::{self, matches};
 pub struct Tolerance {
     /// Relative to the largest value of the field on its connected part of the mesh.
     pub rtol: f64,
-    /// In the unit of the field.
+    /// Absolute, in the unit of the field.
     pub atol: f64,
 }
 
 impl Default for Tolerance {
-    /// What applies where no tolerance is given.
+    /// The default.
     fn default() -> Self {
         Tolerance {
             rtol: 1e-9,
@@ -38,21 +38,21 @@ impl Tolerance {
     }
 }
 
-/// The tolerance of every field, and of some that have their own.
+/// The tolerance of every field, with exceptions for some.
 #[derive(Debug, Clone, Default)]
 pub struct Tolerances {
-    /// Where a field has none of its own.
+    /// For fields without an exception.
     pub of_all: Tolerance,
-    /// By name, or by a pattern with `*` and `?`; the last that matches counts.
+    /// Exceptions by name, or by a pattern with `*` and `?`; the last match counts.
     pub of_field: Vec<(String, Tolerance)>,
-    /// Whether somebody asked for `of_all`; if not, fields of binary32 are allowed their rounding.
+    /// Whether the user set `of_all`; if not, binary32 fields are allowed their rounding.
     pub is_given: bool,
 }
 
-/// What rounding to binary32 on both sides can make of equal numbers, relative to the largest: twice 2⁻²⁴.
+/// The largest difference that rounding to binary32 on both sides makes of equal numbers, relative to the largest: twice 2⁻²⁴.
 const SINGLE: f64 = f32::EPSILON as f64;
 
-/// A tolerance as far as it is given.
+/// A tolerance of which each part may be unset.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PartialTolerance {
     /// As in [`Tolerance`].
@@ -70,7 +70,7 @@ impl PartialTolerance {
     }
 }
 
-/// The tolerances that one source gives: a scene, or a command line.
+/// The tolerances from one source: a scene, or a command line.
 #[derive(Debug, Clone, Default)]
 pub struct GivenTolerances {
     /// For every field.
@@ -98,12 +98,12 @@ impl Tolerances {
         tolerances
     }
 
-    /// The tolerance of the field of this name: its own, or that of all fields.
+    /// The tolerance of the field of this name: its exception, or that of all fields.
     pub fn of(&self, field: &str) -> Tolerance {
         self.own(field).unwrap_or(self.of_all)
     }
 
-    /// The same for a field that one file holds as binary32.
+    /// The same for a field that a file stores as binary32.
     pub(super) fn of_single(&self, field: &str) -> Tolerance {
         let of = self.of(field);
         let rtol = match self.is_given || self.own(field).is_some() {
@@ -113,7 +113,7 @@ impl Tolerances {
         Tolerance { rtol, ..of }
     }
 
-    /// The tolerance of a field of either file.
+    /// The tolerance of a field, for its types in both files.
     pub(super) fn of_fields(&self, a: &ResultField, b: &ResultField) -> Tolerance {
         match (a.rest.is_some() && b.rest.is_some(), a.single || b.single) {
             (true, _) => self.of_integers(&a.name),
@@ -122,7 +122,7 @@ impl Tolerances {
         }
     }
 
-    /// The tolerance of a field of integers: its own, or none, since numbers and labels that are nearly the same are others.
+    /// The tolerance of a field of integers: its exception, or zero, since numbers and labels that are nearly equal are different.
     pub(super) fn of_integers(&self, field: &str) -> Tolerance {
         let exact = Tolerance {
             rtol: 0.0,
@@ -137,13 +137,13 @@ impl Tolerances {
     }
 }
 
-/// Whether two results are the same byte for byte, as those of a deterministic code are; one and the same file, under
-/// whatever name, is refused.
+/// Whether two results are equal byte for byte, as those of a deterministic code are. Comparing a file with itself, under
+/// any name, is an error.
 ///
 /// # Errors
 /// The two are one file, or list one; a file cannot be read.
 pub fn are_identical(a: &Path, b: &Path) -> Result<bool> {
-    // A list of files may name the other file, or one that it lists as well.
+    // A list of files may name the other file, or one that the other lists as well.
     let (sources_a, sources_b) = (io::sources(a)?, io::sources(b)?);
     let files = |sources: &[PathBuf]| -> Result<HashSet<_>> {
         sources.iter().map(|path| identity(path)).collect()
@@ -160,7 +160,7 @@ pub fn are_identical(a: &Path, b: &Path) -> Result<bool> {
         let size = |path: &Path| path.metadata().map(|m| m.len()).ok();
         Ok(size(a) == size(b) && file::read(a)? == file::read(b)?)
     };
-    // Bytes that a file only names are not looked at.
+    // The contents of files that are only named are not compared.
     let is_whole = |path: &PathBuf| {
         let suffix = path.extension().unwrap_or_default().to_ascii_lowercase();
         !["xdmf", "xmf", "sol"].iter().any(|of| suffix == **of)

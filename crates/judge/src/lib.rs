@@ -1,7 +1,7 @@
 //! The judge: are two results the same?
 //!
-//! Every field is judged, and the worst position of each is named. Values that are not finite, fields that one side
-//! lacks, and a file compared with itself never pass. The judge sees meshes and fields, and nothing of the codes that
+//! Every field is judged, and its largest difference is located. Values that are not finite, fields that one side
+//! lacks, and a file compared with itself never pass. The judge gets meshes and fields, and does not depend on the codes that
 //! computed them.
 //!
 //! ```

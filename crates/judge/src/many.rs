@@ -1,4 +1,4 @@
-//! Comparisons of several times or files, as one.
+//! Combines comparisons of several times or files.
 
 use serde::Serialize;
 
@@ -6,21 +6,21 @@ use faceoff_mesh::field::Results;
 
 use crate::{ComparedField, Comparison, Verdict};
 
-/// What comparisons of two series, or of the files of two folders, find.
+/// The result of comparing two series, or the files of two folders.
 #[derive(Debug, Serialize)]
 pub struct Comparisons {
     /// The worst of the parts.
     pub verdict: Verdict,
-    /// The first series or folder.
+    /// The name of the first series or folder.
     pub a: String,
-    /// The second.
+    /// The name of the second.
     pub b: String,
-    /// One a time, or a file, in order.
+    /// One per time, or per file, in order.
     pub parts: Vec<Part>,
-    /// What was left out on purpose.
+    /// What was left out on request.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// The number of the part that is farthest from agreement, whose differences are kept, with the first of its results.
+    /// The index of the part that is farthest from agreement, with its first result, whose differences are kept.
     #[serde(skip)]
     pub farthest: Option<(usize, Box<Results>)>,
 }
@@ -28,24 +28,24 @@ pub struct Comparisons {
 /// One time, or one file.
 #[derive(Debug, Serialize)]
 pub struct Part {
-    /// The file, below either folder; empty where one file is compared with one.
+    /// The path of the file, relative to either folder; empty if one file is compared with one.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// Where the results have times.
+    /// The time, if the results have times.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
-    /// Of this part alone.
+    /// The verdict of this part only.
     pub verdict: Verdict,
-    /// Why nothing could be compared: a partner is missing, or a file cannot be read.
+    /// Why nothing could be compared: there is no counterpart, or a file cannot be read. `None` if it was compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What was found, where it could be compared.
+    /// The comparison; `None` if it failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub comparison: Option<Comparison>,
 }
 
 impl Comparisons {
-    /// Without a part there is no verdict.
+    /// Without parts the verdict is undetermined.
     pub fn new(a: String, b: String) -> Self {
         Comparisons {
             verdict: Verdict::Undetermined,
@@ -57,7 +57,7 @@ impl Comparisons {
         }
     }
 
-    /// All agree only if each does. Of the part that is farthest from it the differences are kept, with the first result.
+    /// The parts agree together only if each does. The differences of the part farthest from agreement are kept, with its first result.
     pub fn add(&mut self, mut part: Part, of_a: Option<Box<Results>>) {
         self.verdict = match self.parts.is_empty() {
             true => part.verdict,
@@ -77,7 +77,7 @@ impl Comparisons {
         self.parts.push(part);
     }
 
-    /// The part and its field that is farthest beyond its tolerance, or nearest to it where all agree.
+    /// The part and field whose difference is largest relative to the tolerance.
     pub fn worst(&self) -> Option<(&Part, &ComparedField)> {
         let fields = self.parts.iter().flat_map(|part| {
             let fields = part.comparison.iter().flat_map(|of| &of.fields);
@@ -110,7 +110,7 @@ impl Part {
         }
     }
 
-    /// That of its field farthest beyond its tolerance.
+    /// The ratio for its field with the largest difference relative to the tolerance.
     fn factor(&self) -> f64 {
         let fields = self.comparison.iter().flat_map(|of| &of.fields);
         fields.map(ComparedField::factor).fold(0.0, f64::max)
@@ -123,9 +123,9 @@ impl Part {
         }
     }
 
-    /// What it is called.
+    /// The name of the part in reports.
     pub fn title(&self) -> String {
-        // 0.30000000000000004 is nobody's name for a time.
+        // Times are printed rounded: 0.30000000000000004 is 0.3.
         let time = self.time.map(|time| {
             let short: f64 = format!("{time:.9e}").parse().unwrap_or(time);
             format!("time {short}")
@@ -139,7 +139,7 @@ impl Part {
 }
 
 impl ComparedField {
-    /// How many times its tolerance a field differs; infinite where that is not known.
+    /// The difference of a field divided by its tolerance; infinite if it is unknown.
     pub fn factor(&self) -> f64 {
         match self.field.max_rel / self.field.tolerance {
             factor if factor.is_nan() && self.field.verdict == Verdict::Agree => 0.0,

@@ -1,24 +1,24 @@
-//! What a problem may leave open in a field, and what was taken away of it, in numbers and words.
+//! What a problem may leave open in a field, and what was removed from it, as numbers and as text.
 
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// What of a field its problem leaves open, on each connected part of the mesh.
+/// What the problem leaves open in a field, on each connected part of the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum UpTo {
-    /// A constant for each component, as of a pressure where the velocity is given on the whole boundary.
+    /// A constant for each component, such as that of a pressure if the velocity is prescribed on the whole boundary.
     Constant,
-    /// The sign, as of an eigenvector.
+    /// The sign, such as that of an eigenvector.
     Sign,
     /// A real factor other than 0.
     Scale,
-    /// A complex factor of modulus 1; components are real and imaginary parts in turn.
+    /// A complex factor of modulus 1; components alternate between real and imaginary parts.
     Phase,
-    /// A translation and an infinitesimal rotation, as of a body without supports.
+    /// A translation and an infinitesimal rotation, such as those of a body without supports.
     Rigid,
-    /// The gradient of a continuous function that is linear on each cell, as of a vector potential.
+    /// The gradient of a continuous function that is linear on each cell, as in a vector potential.
     Gradient,
 }
 
@@ -33,7 +33,7 @@ impl UpTo {
         UpTo::Gradient,
     ];
 
-    /// As one types it.
+    /// The name on the command line.
     pub fn word(self) -> &'static str {
         match self {
             UpTo::Constant => "constant",
@@ -63,55 +63,55 @@ impl FromStr for UpTo {
     }
 }
 
-/// What was taken away of a field before it was compared.
+/// What was removed from a field before it was compared.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Removed {
     /// What was left open.
     pub up_to: UpTo,
-    /// Over what the products of the projection are sums.
+    /// The inner product of the projection.
     pub over: Over,
     /// One for each connected part of the mesh.
     pub parts: Vec<RemovedPart>,
 }
 
-/// Over what the products of a projection are sums.
+/// The inner product of a projection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Over {
-    /// The cells, by integrals.
+    /// Integrals over the cells.
     Cells,
-    /// The values that the file has, each with the same weight, where it has no cells on which the field is a function.
+    /// Sums over the values in the file, with equal weights, if the file has no cells on which the field is a function.
     Values,
 }
 
-/// What was taken away on one connected part of the mesh.
+/// What was removed on one connected part of the mesh.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct RemovedPart {
     /// The centre of the part.
     pub centre: Vec<f64>,
     /// Its area or volume, or the number of its values.
     pub measure: f64,
-    /// Taken from the first: a constant for each component, then the rotation (one number in 2D, three in 3D); of a gradient the
-    /// root of its mean square. Empty where the second is multiplied.
+    /// Subtracted from the first: a constant for each component, then the rotation (one number in 2D, three in 3D); for a gradient its
+    /// root mean square. Empty if the second is multiplied.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub of_a: Vec<f64>,
-    /// The same of the second, after it was multiplied where a factor is left open as well.
+    /// Subtracted from the second, after its multiplication if a factor is left open as well.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub of_b: Vec<f64>,
-    /// Real and imaginary part of what the second was multiplied by.
+    /// Real and imaginary part of the factor of the second.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<[f64; 2]>,
-    /// The root of the mean square of what the second was changed by, against the first: in the unit of the field.
+    /// The root mean square of the change of the second relative to the first, in the unit of the field.
     pub size: f64,
 }
 
 impl Removed {
-    /// The part where most was taken away.
+    /// The part with the largest change.
     fn largest(&self) -> Option<&RemovedPart> {
         self.parts.iter().max_by(|p, q| p.size.total_cmp(&q.size))
     }
 
-    /// What makes the second result the first, as in "adding 0.342 to b"; `a` and `b` are what the results are called.
+    /// The change that makes the second result equal to the first, as in "adding 0.342 to b"; `a` and `b` are the names of the results.
     pub fn words(&self, [a, b]: [&str; 2]) -> String {
         let Some(part) = self.largest() else {
             return "removing nothing".into();
@@ -160,16 +160,16 @@ impl Removed {
     }
 }
 
-/// What makes the second result the first, one after the other, as in "changing the sign of b and adding 0.342 to b".
+/// The changes that make the second result equal to the first, in order, as in "changing the sign of b and adding 0.342 to b".
 pub fn removed_words(all: &[Removed], names: [&str; 2]) -> String {
-    // Signs before constants: they are of the fields as they are.
+    // Signs before constants, since they refer to the original fields.
     let mut all: Vec<&Removed> = all.iter().collect();
     all.sort_by_key(|removed| !removed.up_to.is_factor());
     let words: Vec<String> = all.iter().map(|removed| removed.words(names)).collect();
     words.join(" and ")
 }
 
-/// Four digits.
+/// The number with four digits.
 fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
     match rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {

@@ -1,4 +1,4 @@
-//! The connected parts of a mesh. Each has a scale of its own: what is small beside another body is not small.
+//! The connected parts of a mesh. Each has a separate scale, so that errors on a part with small values are not hidden by another part.
 
 use rayon::prelude::*;
 
@@ -8,18 +8,18 @@ use faceoff_mesh::error::Result;
 use faceoff_mesh::field::{PADDING, Results};
 use faceoff_mesh::mesh::Union;
 
-/// The part of every point that belongs to a cell, by the number that it is matched by.
+/// The part of every point that belongs to a cell, by the number for matching the point.
 #[derive(Default)]
 pub(super) struct Parts {
-    /// Ascending.
+    /// The numbers of these points, ascending.
     numbers: Vec<u32>,
     parts: Vec<u32>,
-    /// Their number; what belongs to no cell is one more.
+    /// The number of parts; everything outside of cells is one further part.
     pub count: usize,
 }
 
 impl Parts {
-    /// Cells are connected where they share a point; where none does, as in discontinuous data, where they share a place.
+    /// Cells are connected if they share a point; if no cells do, as in discontinuous data, if they share a position.
     ///
     /// # Errors
     /// [`faceoff_mesh::Error::Ended`].
@@ -69,7 +69,7 @@ impl Parts {
         let mut parts = vec![0; known.len()];
         for k in 0..known.len() {
             cancel::check()?;
-            // The lowest of a part comes first.
+            // The first point of a part has the lowest number.
             let root = union.root(k as u32) as usize;
             parts[k] = if root == k { count } else { parts[root] };
             count += u32::from(root == k);
@@ -89,7 +89,7 @@ impl Parts {
     }
 }
 
-/// The number that a point is matched by; a table of cells has its vertices' numbers only.
+/// The number for matching a point; a table of cells only has the numbers of the vertices.
 pub(super) fn number(numbers: &[u32], point: u32) -> u32 {
     numbers.get(point as usize).copied().unwrap_or(point)
 }

@@ -1,7 +1,7 @@
 //! Pairs the points of two files by their positions, in O(N log N).
 //!
 //! Along each axis the coordinates of both files are sorted, and consecutive ones within the tolerance get
-//! one number. Points with the same numbers on all axes are at one place. There is no grid, whose lines could separate
+//! the same number. Points with the same numbers on all axes are at the same place. There is no grid, whose lines could separate
 //! points that belong together.
 
 use faceoff_mesh::cancel;
@@ -9,18 +9,18 @@ use faceoff_mesh::error::Result;
 use faceoff_mesh::parallel;
 use rayon::prelude::*;
 
-/// Points that one task looks at.
+/// The number of points per task.
 const CHUNK: usize = 1 << 10;
 /// How closely coordinates computed by two codes agree in binary64, relative to the extent of the mesh.
 const NEAR: f64 = 1e-9;
 /// The same for binary32.
 const NEAR_SINGLE: f64 = 1e-6;
-/// Decimal digits to which a file may have rounded its coordinates: six are what C++ writes by default, and more than fifteen
-/// are all of binary64.
+/// Decimal digits to which a file may have rounded its coordinates: C++ writes six by default, and more than fifteen
+/// are full binary64.
 const DIGITS: std::ops::RangeInclusive<usize> = 6..=15;
 
-/// How far apart two points may be along an axis and still be one; more if a file holds rounded coordinates, so that what
-/// more digits match, fewer match as well.
+/// The distance along an axis up to which two points are the same. It is larger if a file holds rounded coordinates, so that points
+/// that match with more digits match with fewer as well.
 ///
 /// # Errors
 /// [`faceoff_mesh::Error::Ended`].
@@ -50,11 +50,11 @@ pub(super) fn tolerance(a: &[[f64; 3]], b: &[[f64; 3]]) -> Result<f64> {
         if all(points, &|x| f64::from(x as f32) == x) {
             near = near.max(NEAR_SINGLE * extent);
         }
-        // The fewest digits count: all coordinates with six have seven.
+        // The fewest digits count: coordinates that all have six digits also have seven.
         let mut digits = DIGITS;
         let found = digits.find(|d| all(points, &|x| format!("{x:.*e}", d - 1).parse() == Ok(x)));
         if let Some(digits) = found {
-            // Half a unit of the last digit is up to 5 · 10^(-digits) of a coordinate; and that of both files.
+            // Half a unit of the last digit is up to 5 · 10^(-digits) of a coordinate, in each file.
             let rounding = 5.5 * 10.0_f64.powi(-(digits as i32)) * largest;
             near = near
                 .max(rounding)
@@ -95,7 +95,7 @@ pub(super) fn numbers(a: &[[f64; 3]], b: &[[f64; 3]], near: f64) -> Result<Vec<u
     Ok(place)
 }
 
-/// For each point the first at its place.
+/// For each point, the first point at its place.
 ///
 /// # Errors
 /// [`faceoff_mesh::Error::Ended`].
@@ -108,7 +108,7 @@ pub fn first_at_place(points: &[[f64; 3]]) -> Result<Vec<u32>> {
     Ok(of.collect())
 }
 
-/// For each point of `a` the point of `b` at its place; none where there is none, or where either side has several.
+/// For each point of `a` the point of `b` at its place; [`NOWHERE`] if there is none, or if either side has several.
 ///
 /// # Errors
 /// [`faceoff_mesh::Error::Ended`].
@@ -176,7 +176,7 @@ mod tests {
         assert_eq!(first_at_place(&b).unwrap(), [0, 1, 1, 3]);
     }
 
-    /// Whatever the number of digits that one file keeps, from six on, its points are found; also far away.
+    /// Points are found for any number of digits in one file, from six on, also far away from the origin.
     #[test]
     fn the_tolerance_is_that_of_the_coarser_file() {
         let third = |far: f64| -> Vec<[f64; 3]> {

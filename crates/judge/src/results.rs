@@ -1,4 +1,4 @@
-//! The fields of two files from any codes, matched and judged, each on its own scale.
+//! Matches and judges the fields of two files from any codes, each with its scale.
 //!
 //! Matched by vertices, a point is identified by its number and a cell by the numbers of its points; matched by
 //! coordinates, by their positions. Where several points share a position, as in discontinuous data, each is identified
@@ -46,7 +46,7 @@ use faceoff_mesh::io::matches;
 /// ```
 ///
 /// # Errors
-/// Files that cannot be matched, meshes that are no domain of functions, a tolerance for a field that neither has, files
+/// Files that cannot be matched, meshes on which fields are not functions, a tolerance for a field that is in neither file, files
 /// without fields.
 pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<Comparison> {
     let mut comparison = match settings.up_to.is_empty() {
@@ -57,7 +57,7 @@ pub fn compare_results(a: &Results, b: &Results, settings: &Settings) -> Result<
     Ok(comparison)
 }
 
-/// Judges every field as it is.
+/// Judges every field unchanged.
 fn compare_unchanged(a: &Results, b: &Results, settings: &Settings) -> Result<Comparison> {
     let tolerances = &settings.tolerances;
     let refuse = |what: String, remedy: &str| Error::Compare {
@@ -89,7 +89,7 @@ fn compare_unchanged(a: &Results, b: &Results, settings: &Settings) -> Result<Co
         let what = format!("neither has a field `{name}` in which NaN could be equal");
         return Err(refuse(what, "name a field that one of them has"));
     }
-    // Rows that are counted are no rows with a key.
+    // Rows identified by their index have no key.
     if (a.space < 2 || b.space < 2) && a.space != b.space {
         let keys = |side: &Results| match side.space {
             0 => "rows in their order",
@@ -136,7 +136,7 @@ fn compare_unchanged(a: &Results, b: &Results, settings: &Settings) -> Result<Co
     // A point that shares its position with others is identified together with its cell.
     let broken = map == MatchBy::Coordinates && (repeats(of_a)? || repeats(of_b)?);
     let by_cells = broken || [a, b].iter().all(|side| side.has_cell_fields());
-    // Of lines beside triangles, which mark their sides, values on points are independent; points alone are no mesh.
+    // If there are lines in addition to triangles, to mark boundaries, values on points are independent; points without cells are not a mesh.
     let others = match (dims_a.last(), dims_b.last()) {
         (Some(_), Some(_)) if by_cells => dims_a != dims_b,
         (Some(top @ 1..), Some(other @ 1..)) => top != other,
@@ -250,7 +250,7 @@ fn as_functions(
     Ok(comparison.judged())
 }
 
-/// Where one side is a table of places and the other has fields on cells only, the places are the midpoints of the cells:
+/// If one side is a table of positions and the other only has fields on cells, the positions are the midpoints of the cells:
 /// that side becomes points with these fields.
 ///
 /// # Errors

@@ -1,21 +1,21 @@
-//! Results at several times: which belong together, and what lies between two.
+//! Results at several times: pairs them, and interpolates in time.
 
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};
 
-/// What is held against each other at one time; numbers count the times of either side.
+/// What is compared at one time; the indices refer to the times of either side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pairing {
     /// A time that both have.
     Both(usize, usize),
-    /// A time of the first between two of the second: (1 - w) b_j + w b_{j+1}.
+    /// A time of the first between two times of the second: (1 - w) b_j + w b_{j+1}.
     Between(usize, usize, f64),
     /// A time that only the first has, or only the second.
     Alone(usize, usize),
 }
 
 impl Pairing {
-    /// The time of the second result that is judged by itself.
+    /// The index in the second result if it is judged without interpolation; else `None`.
     pub fn of_second(&self) -> Option<usize> {
         match *self {
             Pairing::Both(_, j) | Pairing::Alone(1, j) => Some(j),
@@ -27,15 +27,15 @@ impl Pairing {
 /// How times are matched.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Times {
-    /// How far apart two may be and still be one; without it, 1e-9 of the largest, or the rounding of binary32 where all
+    /// The difference up to which two times are the same. `None`: 1e-9 of the largest, or the rounding of binary32 if all
     /// times of one side are such numbers, as in Exodus files.
     pub tolerance: Option<f64>,
-    /// Whether the second result is interpolated where it lacks a time of the first.
+    /// Whether the second result is interpolated at times that only the first has.
     pub interpolate: bool,
 }
 
 /// Pairs times, which ascend on either side, within a tolerance: each with the nearest of the other side. With
-/// interpolation, times of the second that lie between those of the first are not asked for.
+/// interpolation, times of the second that are between those of the first need no counterpart.
 ///
 /// ```
 /// use faceoff_judge::{Pairing, Times, pair_times};
@@ -77,7 +77,7 @@ pub fn pair_times(a: &[f64], b: &[f64], by: &Times) -> Vec<Pairing> {
                 i += 1;
             }
             _ => {
-                // Within the times of the first, it is there to interpolate from.
+                // Within the times of the first, it only serves interpolation.
                 let inside = a.first().is_some_and(|first| *first <= b[j]) && i < a.len();
                 if !(by.interpolate && inside) {
                     pairs.push(Pairing::Alone(1, j));
@@ -89,10 +89,10 @@ pub fn pair_times(a: &[f64], b: &[f64], by: &Times) -> Vec<Pairing> {
     pairs
 }
 
-/// (1 - w) x + w y for every field of floats; whole numbers must be the same at both times.
+/// (1 - w) x + w y for every field of floats; integers must be the same at both times.
 ///
 /// # Errors
-/// Two times with other meshes or other fields.
+/// Two times with different meshes or fields.
 pub fn interpolate(x: &Results, y: &Results, w: f64) -> Result<Results> {
     let refuse = |what: String| Error::Compare {
         a: x.source.clone(),
@@ -107,7 +107,7 @@ pub fn interpolate(x: &Results, y: &Results, w: f64) -> Result<Results> {
     between.source = format!("{}, {}", x.source, y.source);
     let others = y.unread.iter().filter(|part| !x.unread.contains(part));
     between.unread.extend(others.cloned());
-    // Numbers about a file as a whole are of its own time.
+    // Numbers on a file as a whole belong to its time.
     between.whole.clear();
     let fields = [
         (&mut between.on_points, &y.on_points),
@@ -182,7 +182,7 @@ mod tests {
             pair_times(&[0.0, 0.25, 1.0], &[0.0, 0.5, 1.0], &by),
             [Both(0, 0), Between(1, 0, 0.5), Both(2, 2)]
         );
-        // Nothing is extrapolated.
+        // There is no extrapolation.
         assert_eq!(
             pair_times(&[0.0, 2.0], &[0.0, 1.0], &by),
             [Both(0, 0), Alone(0, 1)]

@@ -1,4 +1,4 @@
-//! Fields that are matched: one set on points, on cells, at corners, or about the files as a whole.
+//! Compares one set of matched fields: those on points, on cells, at corners, or on the files as a whole.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -13,7 +13,7 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::{ResultField, Results, Unread};
 
-/// Judges the fields of one set, with their differences. Where only `b` has coordinates, they are those of `a` too.
+/// Judges the fields of one set, with their differences. If only `b` has coordinates, they are used for `a` too.
 pub(super) fn judge_sets(
     on: On,
     [mut a, b]: [Keyed; 2],
@@ -113,7 +113,7 @@ pub(super) fn judge_sets(
     Ok((judged, differences))
 }
 
-/// Names of what programs keep about a mesh, beside results.
+/// Names of arrays in which programs keep data about the mesh, in addition to results.
 const BOOKKEEPING: [&str; 14] = [
     "Label",
     "label",
@@ -131,7 +131,7 @@ const BOOKKEEPING: [&str; 14] = [
     "partition",
 ];
 
-/// Why a field that one file has alone cannot be judged.
+/// Why a field that only one file has cannot be judged.
 pub(super) fn lacks(name: &str, without: &str) -> String {
     let hint = match BOOKKEEPING.contains(&name) {
         true => format!(
@@ -174,7 +174,7 @@ fn subtract(a: &Column, b: &Column, partner: &[u32]) -> Result<Option<Vec<f64>>>
     Ok(Some(values))
 }
 
-/// Numbers about the files as a whole that both have, and a note of what only one has: there is no need to write a time.
+/// Compares numbers on the files as a whole that both have, and notes those that only one has: a file need not state a time.
 pub(super) fn judge_whole(
     a: &Results,
     b: &Results,
@@ -216,7 +216,7 @@ pub(super) fn judge_whole(
     Ok(())
 }
 
-/// A row for everything that either file has and its reader did not read: nothing is known of it.
+/// A row for everything in a file that its reader did not read and that is therefore unknown.
 pub(super) fn judge_unread(
     a: &Results,
     b: &Results,

@@ -1,21 +1,21 @@
-//! Eigenvalues of two codes: which are the same, which one code has alone, and which belong together.
+//! Matches eigenvalues of two codes: common values, values that only one code has, and clusters.
 
-/// Values that are farther apart, relative to the larger, are not the same one with an error.
+/// Values that differ by more, relative to the larger, are different values rather than one with an error.
 const APART: f64 = 0.02;
 
-/// Two ascending lists of eigenvalues, held against each other as multisets.
+/// Two ascending lists of eigenvalues, compared as multisets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matched {
-    /// Which value of the first is which of the second.
+    /// Pairs of an index into the first list and one into the second.
     pub pairs: Vec<[usize; 2]>,
-    /// Values that only the first has, or only the second, below where the other ends.
+    /// Values that only the first or only the second has, below the end of the other list.
     pub alone: [Vec<usize>; 2],
-    /// Values that only the first has, or only the second, above the last of the other, which may have been asked for fewer.
+    /// Values that only the first or only the second has, above the end of the other list, which may be the shorter one by request.
     pub beyond: [Vec<usize>; 2],
 }
 
-/// Matches two ascending lists of eigenvalues so that the sum of relative differences is smallest; values that are more than 2 % apart
-/// stay alone, or are beyond the end of the other list.
+/// Matches two ascending lists of eigenvalues so that the sum of relative differences is smallest; values that differ by more than 2 %
+/// stay unmatched, or are beyond the end of the other list.
 ///
 /// ```
 /// let found = faceoff_judge::match_spectra(&[1.0, 2.0, 5.0, 5.0], &[2.0, 5.0, 5.0, 8.0]);
@@ -26,7 +26,7 @@ pub struct Matched {
 /// ```
 pub fn match_spectra(a: &[f64], b: &[f64]) -> Matched {
     let (n, m) = (a.len(), b.len());
-    // The least cost of the first i and j values, and how it came about: both matched, or one left alone.
+    // The least cost of the first i and j values, and its last step: both matched, or one left unmatched.
     let mut cost = vec![vec![0.0; m + 1]; n + 1];
     let mut step = vec![vec![0; m + 1]; n + 1];
     for i in 0..=n {
@@ -85,7 +85,7 @@ pub fn match_spectra(a: &[f64], b: &[f64]) -> Matched {
     found
 }
 
-/// |a - b| relative to the larger one; not a number is as far as can be.
+/// |a - b| relative to the larger one; infinite for NaN.
 pub fn relative(a: f64, b: f64) -> f64 {
     match (a - b).abs() {
         0.0 => 0.0,
@@ -94,7 +94,7 @@ pub fn relative(a: f64, b: f64) -> f64 {
     }
 }
 
-/// Runs of values that belong together, by their numbers: between two of them is no gap larger than this, relative to the larger value.
+/// Clusters of values, as ranges of indices: consecutive values of a cluster differ by at most this, relative to the larger value.
 ///
 /// ```
 /// let runs = faceoff_judge::clusters(&[1.0, 5.0, 5.0 + 1e-9, 8.0], 1e-6);
@@ -122,12 +122,12 @@ mod tests {
         let found = match_spectra(&spurious, &truth);
         assert_eq!(found.pairs, [[1, 0], [2, 1], [3, 2]]);
         assert_eq!(found.alone, [vec![0], vec![]]);
-        // One of a pair that is missing is missed.
+        // A missing value of a pair is reported.
         let found = match_spectra(&[19.7, 49.3, 79.0], &truth);
         let missed: Vec<f64> = found.alone[1].iter().map(|k| truth[*k]).collect();
         assert_eq!((&*missed, found.alone[0].len()), (&[49.3][..], 0));
         assert_eq!(found.pairs.len(), 3);
-        // An error of all is an error, not other values.
+        // An error common to all values is an error, not a set of other values.
         let scaled = truth.map(|x| 1.01 * x);
         assert_eq!(match_spectra(&scaled, &truth).pairs.len(), 4);
         let nothing = match_spectra(&[1.0, 1.0], &[]);

@@ -1,4 +1,4 @@
-//! Comparisons up to what a problem leaves open: the results lose it, and are then compared as any others.
+//! Compares up to what a problem leaves open: the results are projected, and then compared as usual.
 
 use std::borrow::Cow;
 
@@ -12,27 +12,27 @@ use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::{ResultField, Results};
 use faceoff_mesh::io::matches;
 
-/// How many units of rounding of the largest value a field has after something was taken away.
+/// Units of rounding of the largest value that a field may have after a subtraction.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Values that are so near, relative to the largest, are the same in both results.
+/// Values with this relative distance are the same in both results.
 const SAME: f64 = 1e-12;
-/// A difference is a constant, or the like, if so much of it is left without that.
+/// A difference is open if removing the open part leaves at most this fraction of it,
 const LEFT: f64 = 1e-6;
-/// And if that is no more than this of the field.
+/// and at most this fraction of the field.
 const NOTHING: f64 = 1e-8;
-/// Meshes of so many cells are laid over each other in less than seconds.
+/// Meshes with up to this number of cells are intersected in less than seconds.
 const QUICK: usize = 20_000;
-/// Of larger fields only what the largest difference and the mean point to is tried: each attempt is a comparison, and copies the field.
+/// For larger fields only the candidates that the largest difference and the mean suggest are tried: each attempt is a comparison, and copies the field.
 const LARGE: usize = 200_000;
-/// Fewer values are explained by anything.
+/// With fewer values, an open change fits any difference.
 const FEWEST: usize = 8;
-/// What a problem leaves open changes at least one value in so many; fewer are not worth a copy of the field.
+/// An open change alters at least one of this number of values; fewer are not worth a copy of the field.
 const SPARSE: usize = 1000;
 
-/// How two results are compared as they are.
+/// The comparison of two unchanged results.
 type Compare<'a> = &'a dyn Fn(&Results, &Results, &Settings) -> Result<Comparison>;
 
-/// Compares two results after each field has lost what its problem leaves open.
+/// Compares two results after removing from each field what its problem leaves open.
 ///
 /// # Errors
 /// A field that neither result has; those of the comparison.
@@ -128,13 +128,13 @@ pub(crate) fn compare_up_to(
     Ok(comparison.judged())
 }
 
-/// Why a name cannot be projected.
+/// Why a field cannot be projected.
 const NOT_ONE: &str = "it is not one field of floats on points, cells or corners of each result";
 
-/// Both fields less their parts in a linear space, and what carries them.
+/// Both fields minus their projections to a linear space, and the entities that carry them.
 type Lost = ([ResultField; 2], [On; 2], Removed);
 
-/// Both fields less their parts in a linear space; `sides` are the results as they were given.
+/// Projects both fields; `sides` are the original results.
 fn lost([a, b]: [&Carried; 2], sides: [&Results; 2], up_to: UpTo) -> Result<Result<Lost, String>> {
     let finite = |of: &Carried| of.field.values.iter().all(|v| v.is_finite());
     if !finite(a) || !finite(b) {
@@ -188,7 +188,7 @@ fn replace(side: &mut Results, on: On, field: ResultField) {
     }
 }
 
-/// For each part of the first mesh that has values the part of the second that is the same; else why there is none.
+/// For each part of the first mesh that has values, the equal part of the second; an error states why there is none.
 fn parts_of([a, b]: &[Vec<Linear>; 2]) -> Result<Vec<[usize; 2]>, String> {
     let filled =
         |of: &[Linear]| -> Vec<usize> { (0..of.len()).filter(|k| of[*k].measure > 0.0).collect() };
@@ -248,8 +248,8 @@ fn over(of: &[Linear]) -> Over {
     known.unwrap_or(Over::Cells)
 }
 
-/// Why nothing was open: at several points both have the same values as they are, and after something was taken away they have others.
-/// So it is where both results have the values of Dirichlet conditions.
+/// Why nothing was open: at several points both results have the same values at first, and different ones after the subtraction.
+/// This is so if both results have the values of Dirichlet conditions.
 fn fixed(of: [&Carried; 2], sides: [&Results; 2], removed: &Removed) -> Result<Option<String>> {
     let [a, b] = of;
     let is_open = removed.up_to == UpTo::Gradient || [a, b].iter().any(|of| of.on != On::Points);
@@ -282,7 +282,7 @@ fn fixed(of: [&Carried; 2], sides: [&Results; 2], removed: &Removed) -> Result<O
         let is_same = x.iter().zip(y).all(|(x, y)| (x - y).abs() <= SAME * scale);
         same += usize::from(is_same);
     }
-    // One value may be pinned, and two bodies may be fixed at one point each.
+    // One value may be fixed, and two bodies may be fixed at one point each.
     Ok((same > 3 * removed.parts.len() && same < all).then(|| {
         format!(
             "nothing is left open: both results have the same values at {same} of {all} points as they are, as where Dirichlet values fix them, and {} would change that; leave up_to out",
@@ -293,7 +293,7 @@ fn fixed(of: [&Carried; 2], sides: [&Results; 2], removed: &Removed) -> Result<O
 
 type Turned = (On, ResultField, Removed);
 
-/// The second field times what makes it most like the first.
+/// The second field times the factor that brings it closest to the first.
 fn turned(
     [a, b]: [&Results; 2],
     name: &str,
@@ -357,7 +357,7 @@ fn turned(
     Ok(Ok((of_b.on, of_b.times(&factors), removed)))
 }
 
-/// What was taken from the second field before it was multiplied, as it is after that.
+/// What was subtracted from the second field before its multiplication, multiplied as well.
 fn multiply(before: &mut Removed, factor: &Removed) {
     for (part, of) in before.parts.iter_mut().zip(&factor.parts) {
         let [re, im] = of.factor.unwrap_or([1.0, 0.0]);
@@ -383,11 +383,11 @@ fn multiplied(products: &Products, factor: [f64; 2], of: &Linear, space: usize) 
     }
 }
 
-/// [`error_against`] after the field has lost what its problem leaves open, or been multiplied by it, so that it is nearest to
-/// the function; the norm of the function is without it as well.
+/// [`error_against`] after the field was projected or multiplied by the open factor that brings it closest to
+/// the function; the norm of the function is that of its projection.
 ///
 /// # Errors
-/// Those of [`error_against`], and fields that have no such part.
+/// The errors of [`error_against`], and fields without such a projection.
 pub fn error_up_to(
     side: &Results,
     field: &str,
@@ -398,7 +398,7 @@ pub fn error_up_to(
     let mut side = Cow::Borrowed(side);
     let (mut all, mut less) = (Vec::new(), 0.0);
     let known = |at: &[f64; 3], c: usize| if c < components { exact(*at, c).0 } else { 0.0 };
-    // A factor is that of the whole field: constants are taken away with it.
+    // The factor belongs to the whole field: constants are subtracted together with it.
     let (factors, added): (Vec<UpTo>, Vec<UpTo>) =
         up_to.iter().partition(|up_to| up_to.is_factor());
     for up_to in factors.into_iter().chain(added) {
@@ -424,7 +424,7 @@ pub fn error_up_to(
     Ok((Norms { l2_scale, ..norms }, all))
 }
 
-/// What of all that is the same up to something is nearest to a known function, and ‖·‖² of what the function has of it.
+/// The field nearest to a known function among all that are the same up to what is open, and ‖·‖² of the projected function.
 fn nearest(
     of: &Carried,
     space: usize,
@@ -465,7 +465,7 @@ fn nearest(
     Ok(parts_of(&fits).map(|parts| (field, told(up_to, space, &fits, &parts), square)))
 }
 
-/// For each field that disagrees and of which nothing was said to be open: what makes the results equal, if there is such a thing.
+/// For each field that disagrees and was not declared open: a change that makes the results equal, if there is one.
 ///
 /// # Errors
 /// [`Error::Ended`].
@@ -551,11 +551,11 @@ fn components(side: &Results, name: &str) -> usize {
     known.map_or(0, |f| f.components)
 }
 
-/// What the difference of a field can be, from its largest value and its mean, the likeliest first.
+/// The candidates for the difference of a field, from its largest value and its mean, the likeliest first.
 fn candidates(of: &ComparedField, map: MatchBy, n: usize) -> Vec<Vec<UpTo>> {
     let (far, scale) = (of.field.max_abs, of.scale.unwrap_or(0.0));
     let near = |x: f64, y: f64| (x - y).abs() <= 1e-5 * y;
-    // Laying large meshes over each other takes long.
+    // Intersecting large meshes takes long.
     let most = match map {
         MatchBy::Functions => QUICK,
         _ => LARGE,

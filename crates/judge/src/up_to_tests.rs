@@ -1,10 +1,10 @@
-//! What problems leave open: it is taken away where that is asked for, nothing else is, and it is named where it is not asked for.
+//! What problems leave open is removed if requested, nothing else is, and it is named if not requested.
 
 use super::*;
 use faceoff_mesh::CellKind;
 use faceoff_mesh::field::{ResultField, Results};
 
-/// n × n squares cut into triangles, `bodies` of them side by side with gaps; cells have points of their own when `broken`.
+/// n × n squares cut into triangles, `bodies` of them side by side with gaps; cells have separate points when `broken`.
 fn squares(n: usize, bodies: usize, broken: bool) -> Results {
     let (mut points, mut cells) = (Vec::new(), Vec::new());
     for body in 0..bodies {
@@ -12,7 +12,7 @@ fn squares(n: usize, bodies: usize, broken: bool) -> Results {
         for j in 0..=n {
             for i in 0..=n {
                 let [x, y] = [i, j].map(|k| k as f64 / n as f64);
-                // Bent, so that no mean is one of values.
+                // Bent, so that no mean is a mean of nodal values.
                 points.push([
                     x * (0.7 + 0.3 * x) + 2.0 * body as f64,
                     y + 0.2 * x * x,
@@ -73,7 +73,7 @@ fn compared(a: &Results, b: &Results, up_to: Option<UpTo>) -> ComparedField {
     compare_results(a, b, &settings).unwrap().fields[0].clone()
 }
 
-/// Given, it agrees, and what was removed is this; not given, the verdict stays and the same is told.
+/// If it is declared open, the results agree, and this was removed; if not, the verdict stays and the same is reported.
 fn is_open(a: &Results, b: &Results, up_to: UpTo) -> Removed {
     let plain = compared(a, b, None);
     assert_eq!(plain.field.verdict, Verdict::Disagree, "{up_to:?}");
@@ -109,9 +109,9 @@ fn constants_differ_by_connected_part() {
         removed.words(["a", "b"]),
         "adding 40.34 to b on one of 2 connected parts"
     );
-    // The mean is an integral: of the bent square it is not that of the values. Its area is 1.
+    // The mean is an integral: on the bent square it differs from that of the values. Its area is 1.
     assert!((removed.parts[0].measure - 1.0).abs() < 1e-12);
-    // A difference that no constant makes, however small beside the constant, is judged against what is left of the field.
+    // A difference that is not a constant, however small relative to the constant, is judged on the scale of the remaining field.
     let wrong = with(&mesh, "b", 1, |x| vec![smooth(x) - 0.342 + 1e-7 * x[1]]);
     let found = compared(&a, &wrong, Some(UpTo::Constant));
     assert_eq!(found.field.verdict, Verdict::Disagree);
@@ -135,7 +135,7 @@ fn meshes_may_be_others() {
             vec![2.0 * x[0] - x[1] + c]
         })
     };
-    // The bent side is another polygon on each: but for the strip between them.
+    // The bent side is a different polygon on each, except for the strip between them.
     let straight = |n: usize, c: f64| {
         let mut side = of(n, c);
         side.points.to_mut().iter_mut().zip(0..).for_each(|(p, k)| {
@@ -179,7 +179,7 @@ fn signs_factors_and_phases() {
         compared(&a, &times(2.0), Some(UpTo::Sign)).field.verdict,
         Verdict::Disagree
     );
-    // Nothing is made nothing of.
+    // A zero field stays a zero field.
     for [x, y] in [[1.0, 0.0], [0.0, 1.0]] {
         let found = compared(&times(x), &times(y), Some(UpTo::Scale));
         assert_eq!(found.field.verdict, Verdict::Disagree);
@@ -298,7 +298,7 @@ fn dirichlet_values_leave_no_constant_open() {
         reason.contains("the same values at 24 of 49 points"),
         "{reason}"
     );
-    // Not even where a wide tolerance lets it through.
+    // Not even if a wide tolerance accepts it.
     let settings = Settings {
         up_to: vec![("u".into(), vec![UpTo::Constant])],
         tolerances: Tolerances {

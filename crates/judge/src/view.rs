@@ -1,20 +1,20 @@
-//! What is aligned and judged: the memory of others, since coordinates and values are most of what a comparison holds.
+//! The values that are aligned and judged, borrowed, since coordinates and values are most of the memory of a comparison.
 
 use std::borrow::Cow;
 
 use faceoff_mesh::field::{ColumnKind, FaceColumn, FaceFields};
 
-/// What carries values, keyed by vertices: a face, a cell, a point, or a corner of a cell.
+/// The carriers of values, keyed by vertices: faces, cells, points, or corners of cells.
 pub(super) struct Faces<'a> {
     pub source: &'a str,
-    /// Vertices of each.
+    /// The number of vertices of each.
     pub dim: usize,
-    /// Coordinates of a point.
+    /// The number of coordinates of a point.
     pub space: usize,
     pub vertices: Cow<'a, [u32]>,
-    /// Empty where places are unknown.
+    /// Empty if positions are unknown.
     pub midpoints: Cow<'a, [[f64; 3]]>,
-    /// Empty where all have the same weight.
+    /// Empty if all have the same weight.
     pub measures: &'a [f64],
 }
 
@@ -53,12 +53,12 @@ pub(super) struct Column<'a> {
 }
 
 impl Column<'_> {
-    /// Values on the k-th of its faces.
+    /// The values on the k-th of its faces.
     pub fn row(&self, k: usize) -> &[f64] {
         &self.values[self.components * k..self.components * (k + 1)]
     }
 
-    /// What rounding has taken from a component on the k-th of its faces.
+    /// The part of a component that was lost to rounding, on the k-th of its faces.
     pub fn rest(&self, k: usize, component: usize) -> f64 {
         let at = self.components * k + component;
         self.rest.get(at).copied().unwrap_or(0.0)

@@ -15,13 +15,13 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::parallel;
 
-/// Entries, loads and values are equal up to this part of what they are compared with, unless the caller says otherwise.
+/// Entries, loads and values that differ by at most this, relative to the size they are compared with, are equal, unless the caller sets another bound.
 const RTOL: f64 = 1e-12;
-/// A row whose entries are smaller than this part of the largest one of its block is compared with that part.
+/// A row whose entries are smaller than this fraction of the largest one of its block is compared with that fraction.
 const SMALL: f64 = 0.1;
-/// A load is where it is larger than this part of its largest value.
+/// A row is loaded if its entry is larger than this fraction of the largest load.
 const SUPPORT: f64 = 1e-9;
-/// A factor, a symmetry or a number is common if it leaves no more than this part of the difference, or rounding.
+/// A factor, a symmetry or a number is common if it leaves at most this fraction of the difference, or rounding.
 const COMMON: f64 = 1e-6;
 
 /// The rows of one field and the columns of another.
@@ -31,16 +31,16 @@ pub struct Block {
     pub of: String,
     /// The field of the columns.
     pub with: String,
-    /// The largest difference of two entries, over the largest entry of its row in this block.
+    /// The largest difference of two entries, relative to the largest entry of its row in this block.
     pub largest: f64,
-    /// Where rows differ.
+    /// The rows that differ.
     pub differs: Where,
-    /// B over A, where that is one number.
+    /// B divided by A, if that is one number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
-    /// Is D its own transpose? Of a field with itself, where rows differ.
+    /// Is D symmetric? `None` unless the two fields are one and rows differ.
     pub symmetric: bool,
-    /// Is D the negative of its transpose?
+    /// Is D antisymmetric?
     pub skew: bool,
 }
 
@@ -49,25 +49,25 @@ pub struct Block {
 pub struct Loads {
     /// The field.
     pub of: String,
-    /// The largest difference, over the largest load.
+    /// The largest difference, relative to the largest load.
     pub largest: f64,
-    /// Where rows differ.
+    /// The rows that differ.
     pub differs: Where,
-    /// The second load over the first, where that is one number.
+    /// The second load divided by the first, if that is one number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
-    /// Is each of these rows coupled to a constrained one, whose value it gets through the matrix?
+    /// Is each of these rows coupled to a constrained one, whose value enters through the matrix?
     pub constrained: bool,
-    /// Where each of them is not 0.
+    /// The rows where each of them is not 0.
     pub support: [Where; 2],
 }
 
-/// The largest row of A u - b over the sum of the sizes of its terms, in the rows that are free in both.
+/// The largest row of A u - b relative to the sum of the absolute values of its terms, over the rows that are free in both.
 #[derive(Debug, Clone, Serialize)]
 pub struct Residuals {
-    /// Of each answer in its own system; not rounding where a solver stopped early.
+    /// For each answer in its own system; above rounding if a solver stopped early.
     pub own: [f64; 2],
-    /// Of each answer in the other system.
+    /// For each answer in the other system.
     pub other: [f64; 2],
 }
 
@@ -76,7 +76,7 @@ pub struct Residuals {
 pub struct Both<'a> {
     /// The first system.
     pub a: &'a System,
-    /// The second one, as it is.
+    /// The second one, unchanged.
     pub b: &'a System,
     /// Both matrices.
     pub matrices: [Cow<'a, Matrix>; 2],
@@ -84,7 +84,7 @@ pub struct Both<'a> {
     pub loads: [Vec<f64>; 2],
     /// The values of constrained rows.
     pub given: [Vec<f64>; 2],
-    /// Rows that either system constrains.
+    /// Rows that at least one system constrains.
     pub is_held: Vec<bool>,
     /// All others.
     pub free: Vec<usize>,
@@ -196,7 +196,7 @@ impl Both<'_> {
         (product, size)
     }
 
-    /// The right-hand side in a row without what constrained dofs contribute, and the size of that.
+    /// The right-hand side in a row without the contributions of constrained dofs, and its size.
     pub fn load(&self, which: usize, row: usize) -> (f64, f64) {
         let held = self.matrices[which]
             .row(row)
@@ -207,7 +207,7 @@ impl Both<'_> {
         })
     }
 
-    /// The value of a constrained dof in a system: what that system gives, else what the other one does.
+    /// The value of a constrained dof in a system: the one that this system states, or else that of the other one.
     pub fn held(&self, which: usize, row: usize) -> f64 {
         let value = |k: usize| self.rows[k][row].and_then(|held| held.value);
         value(which).or(value(1 - which)).unwrap_or(0.0)
@@ -221,7 +221,7 @@ impl Both<'_> {
     }
 }
 
-/// Values by the second numbering, in the first; 0 where there is none.
+/// Values in the second numbering, moved to the first; 0 where there is none.
 fn spread(count: usize, to: &[u32], values: &[f64], of: impl Fn(usize, f64) -> f64) -> Vec<f64> {
     let mut all = vec![0.0; count];
     for (k, (to, value)) in to.iter().zip(values).enumerate() {
@@ -230,12 +230,12 @@ fn spread(count: usize, to: &[u32], values: &[f64], of: impl Fn(usize, f64) -> f
     all
 }
 
-/// What a system gives its dofs: where it does not, or has eliminated them, what the other gives.
+/// The values that a system prescribes; where it does not, or has eliminated the dofs, those of the other system.
 fn given(own: &[Option<Held>], other: &[Option<Held>]) -> Vec<f64> {
     let value = |row: &Option<Held>| row.and_then(|held| held.value);
     let both = own.iter().zip(other);
     both.map(|(own, other)| match own {
-        // Its right-hand side has what it eliminated, by the values that it does not tell.
+        // Its right-hand side contains the contributions of eliminated dofs, whose values are not in the file.
         Some(Held { value: None, .. }) => 0.0,
         own => value(own).or(value(other)).unwrap_or(0.0),
     })
@@ -265,7 +265,7 @@ fn constrained(
             [None, None] => continue,
             [a, _] => {
                 found.only[usize::from(a.is_none())] += 1;
-                // All of it.
+                // The full row.
                 worst[k] = 1.0;
                 only.push(k);
             }
@@ -300,7 +300,7 @@ fn constrained(
     found
 }
 
-/// Two rows side by side: columns, and entries of both, without constrained columns.
+/// Two rows with common columns: the columns, and the entries of both, without constrained columns.
 pub fn merged<'a>(both: &'a Both<'_>, row: usize) -> impl Iterator<Item = (usize, f64, f64)> + 'a {
     let [a, b] = &both.matrices;
     let (mut a, mut b) = (a.row(row).peekable(), b.row(row).peekable());
@@ -317,7 +317,7 @@ pub fn merged<'a>(both: &'a Both<'_>, row: usize) -> impl Iterator<Item = (usize
     all.filter(|(column, ..)| !both.is_held[*column])
 }
 
-/// What is summed over the rows of a block.
+/// Sums over the rows of a block.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     most: f64,
@@ -333,7 +333,7 @@ fn blocks(
 ) -> Result<Vec<Block>> {
     let field = |dof: usize| both.a.dofs.field[dof];
     let count = both.a.dofs.names.len();
-    // Of each row and each field of its columns: the largest entry, and the products.
+    // For each row and each field of its columns: the largest entry, and the products.
     let of_row = |row: usize| {
         let mut sums = vec![Sums::default(); count];
         for (column, a, b) in merged(both, row) {
@@ -360,7 +360,7 @@ fn blocks(
         } else {
             f64::NAN
         };
-        // Over the size of the row: the difference, what the factor leaves, and D with its transpose, added and taken away.
+        // Relative to the size of the row: the difference, the remainder after the factor, and D plus and minus its transpose.
         let look = |k: usize| {
             let row = both.free[k];
             let size = rows[k][usize::from(with)].most.max(SMALL * sums.most);
@@ -461,7 +461,7 @@ fn loads(
 }
 
 fn residuals(both: &Both<'_>, u: &[f64], v: &[f64], is_in_both: &[bool]) -> Residuals {
-    // What the second system has eliminated has the values that the first one gives.
+    // Dofs that the second system has eliminated have the values that the first one states.
     let v: Vec<f64> = (0..u.len())
         .map(|k| {
             if is_in_both[k] {

@@ -1,4 +1,4 @@
-//! Where rows are, in words that a mesh has: everywhere, on a group, or in a box.
+//! Describes where rows are in terms of the mesh: everywhere, on a group, or in a box.
 
 use std::collections::HashSet;
 
@@ -8,26 +8,26 @@ use crate::places;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
 
-/// Rows are told by the groups that have them up to so many groups.
+/// The most groups that describe the place of rows.
 const GROUPS: usize = 6;
 
-/// A named group of a mesh, by the places where dofs of low order lie on it.
+/// A named group of a mesh, by the positions of low-order dofs on it.
 #[derive(Debug, Clone)]
 pub struct Region {
-    /// Of the group.
+    /// The name of the group.
     pub name: String,
     /// Its vertices, and the centres of its edges, faces and cells.
     pub places: Vec<[f64; 3]>,
 }
 
-/// Where some rows are.
+/// The place of some rows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Where {
-    /// How many.
+    /// The number of rows.
     pub rows: usize,
     /// Are they at least 9 of 10 rows that may differ?
     pub everywhere: bool,
-    /// The smallest group that has all of them, or else the fewest groups that have them together.
+    /// The smallest group that contains all of them, or else the fewest groups that contain them together.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<String>,
     /// The least and the greatest coordinates.
@@ -75,7 +75,7 @@ impl Region {
     }
 }
 
-/// For each region which of these places are in it.
+/// For each region, which of these positions are in it.
 pub fn members(regions: &[Region], at: &[[f64; 3]]) -> Result<Vec<(String, Vec<bool>)>> {
     let each = regions.iter().map(|region| {
         let near = places::tolerance(at, &region.places)?;
@@ -88,7 +88,7 @@ pub fn members(regions: &[Region], at: &[[f64; 3]]) -> Result<Vec<(String, Vec<b
     each.collect()
 }
 
-/// Where rows are, of so many that may be among them.
+/// Describes the place of rows, given the number of rows that may be among them.
 pub fn located(
     rows: &[usize],
     all: usize,
@@ -115,8 +115,8 @@ pub fn located(
     }
 }
 
-/// The groups that have these rows together, each time the one that has most of the rest, and of such the smallest; none where it takes too many or they have many
-/// more rows, since such groups are no place for a few.
+/// The groups that contain these rows together, chosen greedily: the one with most of the remaining rows, and of such the smallest. Empty if that takes too many, or if
+/// the groups have many more rows, since such groups do not describe a few rows.
 fn cover(rows: &[usize], count: usize, members: &[(String, Vec<bool>)]) -> Vec<String> {
     let mut rest: Vec<usize> = rows.to_vec();
     let mut found: Vec<&(String, Vec<bool>)> = Vec::new();

@@ -1,18 +1,18 @@
-//! Constrained rows, however a code keeps them: as rows of the identity, by a penalty on the diagonal, or eliminated.
+//! Recognises constrained rows, however a code keeps them: as rows of the identity, by a penalty on the diagonal, or eliminated.
 
 use serde::Serialize;
 
 use super::groups::Where;
 use super::matrix::Matrix;
 
-/// A diagonal entry is a penalty if it is this many times larger than what else is in its row.
+/// A diagonal entry is a penalty if it exceeds all other entries of its row by this factor.
 const PENALTY: f64 = 1e10;
 
 /// How a row states the value of its dof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kept {
-    /// It has a diagonal entry only.
+    /// It only has a diagonal entry.
     Identity,
     /// Its diagonal entry outweighs all others.
     Penalty,
@@ -29,30 +29,30 @@ pub struct Constrained {
     pub kept: [Vec<Kept>; 2],
     /// Rows that only the first, and only the second, constrains.
     pub only: [usize; 2],
-    /// Where these are.
+    /// The places of these.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub only_where: Option<Where>,
-    /// Rows that both constrain to values that differ.
+    /// Rows that both constrain, to different values.
     pub values: usize,
-    /// Where these are.
+    /// The places of these.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub values_where: Option<Where>,
-    /// The largest such difference, over the largest value of both.
+    /// The largest such difference, relative to the largest value of both.
     pub largest: f64,
-    /// The values of the second system over those of the first, if that is one factor.
+    /// The values of the second system divided by those of the first, if that is one factor.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
 }
 
-/// A row whose dof is given.
+/// A row whose dof is prescribed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
     pub kept: Kept,
-    /// None where the row was eliminated.
+    /// The value; `None` if the row was eliminated.
     pub value: Option<f64>,
 }
 
-/// What a row looks like by itself.
+/// What a row looks like without the other system.
 enum Look {
     Coupled,
     Alone(f64),
@@ -62,7 +62,7 @@ enum Look {
 
 /// The constrained rows of both systems, which have one numbering; a row that is not in the second one was eliminated there.
 ///
-/// `one` is what 1 on the diagonal of the second system has become by the scaling of its dofs. A row with a diagonal entry only states a value if that entry is 1 or the same row is coupled in the other system: else it may as well be one of a mass matrix.
+/// `one` is the number that a 1 on the diagonal of the second system has become by the scaling of its dofs. A row that only has a diagonal entry states a value if that entry is 1 or the same row is coupled in the other system; otherwise it may be a row of a mass matrix.
 pub fn held(
     a: (&Matrix, &[f64]),
     b: (&Matrix, &[f64]),

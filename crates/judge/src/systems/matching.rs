@@ -1,4 +1,4 @@
-//! Which dof of one system is which of the other: by field, place and direction.
+//! Matches the dofs of two systems by field, position and direction.
 
 use std::collections::HashMap;
 
@@ -6,24 +6,24 @@ use super::System;
 use crate::places;
 use faceoff_mesh::error::{Error, Result};
 
-/// Directions are the same, but for sign and length, up to this part of them.
+/// Directions are the same, up to sign and length, if they differ by at most this, relatively.
 const PARALLEL: f64 = 1e-6;
 
 /// The dofs of the second system among those of the first.
 #[derive(Debug, Clone)]
 pub struct Matched {
-    /// For each dof of the second system its number in the first.
+    /// For each dof of the second system, its number in the first.
     pub to: Vec<u32>,
-    /// What the first system's dof is times the second's: ±1 where they are scaled alike.
+    /// The first system's dof divided by the second's: ±1 if they have the same scaling.
     pub scale: Vec<f64>,
-    /// Is a dof of the first system one of the second?
+    /// Which dofs of the first system are in the second?
     pub is_in_both: Vec<bool>,
 }
 
 /// Pairs all dofs of `b` with dofs of `a`; `a` may have more, which `b` then has eliminated.
 ///
 /// # Errors
-/// Fields of other names; dofs of one field, place and direction; dofs that neither system shares with the other.
+/// Fields with different names; several dofs with one field, position and direction; dofs that neither system shares with the other.
 pub fn matched(a: &System, b: &System) -> Result<Matched> {
     let fields = fields(a, b)?;
     let near = places::tolerance(&a.dofs.at, &b.dofs.at)?;
@@ -57,7 +57,7 @@ pub fn matched(a: &System, b: &System) -> Result<Matched> {
     Ok(found)
 }
 
-/// For each field of `b` the one of `a`: of the same name, or the only one of both.
+/// For each field of `b` that of `a`: the one with the same name, or the only one of both.
 fn fields(a: &System, b: &System) -> Result<Vec<u16>> {
     let (of_a, of_b) = (&a.dofs.names, &b.dofs.names);
     if of_a.len() == 1 && of_b.len() == 1 {
@@ -78,7 +78,7 @@ fn fields(a: &System, b: &System) -> Result<Vec<u16>> {
     of_b.iter().map(find).collect()
 }
 
-/// What the direction d is times e, where they are parallel.
+/// The factor by which the direction d is a multiple of e; `None` if they are not parallel.
 fn ratio(d: [f64; 3], e: [f64; 3]) -> Option<f64> {
     let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (both, dd, ee) = (dot(d, e), dot(d, d), dot(e, e));

@@ -12,7 +12,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// Of entries in any order; those of one place are added in the order in which they come.
+    /// From entries in any order; those at the same position are added in the order in which they come.
     pub fn new(count: usize, entries: Vec<(u32, u32, f64)>) -> Self {
         let mut start = vec![0usize; count + 1];
         entries
@@ -60,7 +60,7 @@ impl Matrix {
         all
     }
 
-    /// Rows, and columns.
+    /// The number of rows, and of columns.
     pub fn count(&self) -> usize {
         self.start.len() - 1
     }
@@ -79,7 +79,7 @@ impl Matrix {
         found.map_or(0.0, |k| self.values[at.start + k])
     }
 
-    /// The product with a vector, and the sums of the absolute values of what it is made of.
+    /// The product with a vector, and for each row the sum of the absolute values of its terms.
     pub fn times(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let both = parallel::collect(self.count(), |row| {
             let terms = self.row(row).map(|(column, a)| a * x[column]);
@@ -90,7 +90,7 @@ impl Matrix {
         both.into_iter().unzip()
     }
 
-    /// The matrix of the same equations for the dofs x' = scale x, of which dof k has the number `to[k]` among `count`.
+    /// The matrix of the same equations for the dofs x' = scale x, of which dof k gets the number `to[k]` among `count`.
     pub fn renumbered(&self, count: usize, to: &[u32], scale: &[f64]) -> Matrix {
         let mut from = vec![None; count];
         to.iter()

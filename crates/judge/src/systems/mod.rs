@@ -1,7 +1,7 @@
 //! Two linear systems A u = b of different codes: do they state the same equations, and if not, which rows, which terms and which constants differ?
 //!
-//! No form is known here. The rows of both are matched by what each dof is the value of ([`Matched`]); constrained rows are recognised however a code keeps
-//! them; and D = A - P B Pᵀ is looked at by rows ([`compare`]).
+//! This does not depend on a form. The rows of both are matched by the functionals that define their dofs ([`Matched`]); constrained rows are recognised however a code keeps
+//! them; and D = A - P B Pᵀ is analysed by rows ([`compare`]).
 //!
 //! ```
 //! use faceoff_judge::systems::{Settings, System, compare};
@@ -45,10 +45,10 @@ use super::Verdict;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::io::{Coordinates, DofTable};
 
-/// A linear system A u = b, and what its rows are the equations of.
+/// A linear system A u = b with the description of its dofs.
 #[derive(Debug, Clone)]
 pub struct System {
-    /// As reports call it.
+    /// Its name in reports.
     pub name: String,
     /// A.
     pub matrix: Matrix,
@@ -59,10 +59,10 @@ pub struct System {
 }
 
 impl System {
-    /// Of the entries of A in any order, those of one place to be added.
+    /// A system from the entries of A in any order; entries at the same position are added.
     ///
     /// # Errors
-    /// Numbers of rows that do not fit each other, or that are not finite; an empty system; a dof that vanishes for all constant fields.
+    /// Row counts that differ, or numbers that are not finite; an empty system; a dof that vanishes for all constant fields.
     pub fn new(name: &str, matrix: Coordinates, load: Vec<f64>, dofs: DofTable) -> Result<Self> {
         let refuse = |what: String, remedy: &str| Error::engine(name, what, remedy);
         let count = dofs.at.len();
@@ -110,15 +110,15 @@ impl System {
 /// How systems are compared.
 #[derive(Debug, Clone, Default)]
 pub struct Settings {
-    /// Entries may differ by this part of the largest one of their row and block, loads by this part of the largest one of their field; 0: by 1e-12.
+    /// The tolerance: for entries, relative to the largest one of their row and block; for loads, relative to the largest one of their field. 0 means 1e-12.
     pub rtol: f64,
-    /// The volume of the domain, which makes constants of energies.
+    /// The volume of the domain, which turns energies into material constants.
     pub volume: Option<f64>,
-    /// Named parts of the mesh, which make sentences of places.
+    /// Named parts of the mesh, by which reports describe places.
     pub regions: Vec<Region>,
 }
 
-/// What a comparison of two systems found; rows are those of the first one.
+/// The result of comparing two systems; row indices are those of the first one.
 #[derive(Debug, Clone, Serialize)]
 pub struct Compared {
     /// The first system's name.
@@ -127,26 +127,26 @@ pub struct Compared {
     pub b: String,
     /// Agree if all equations are the same.
     pub verdict: Verdict,
-    /// Matched dofs.
+    /// The number of matched dofs.
     pub dofs: usize,
-    /// Of them those whose sign or scaling differs.
+    /// Those of them whose sign or scaling differs.
     pub rescaled: usize,
     /// Rows that both systems leave free.
     pub free: usize,
     /// Constrained rows of both.
     pub constrained: Constrained,
-    /// Each pair of fields that is coupled.
+    /// One per pair of fields that is coupled.
     pub matrix: Vec<Block>,
     /// The right-hand sides, by field.
     pub load: Vec<Loads>,
-    /// What fields of a simple kind leave in the rows, in both.
+    /// For each field: the remainder of constants, rotations and gradients in the rows of both.
     pub kernels: Vec<Kernel>,
-    /// The energies of constant gradients, in both; none where rows are constrained.
+    /// The energies of constant gradients, in both; empty if rows are constrained.
     pub energies: Vec<Energies>,
-    /// Where the answers are known: each in its own system and in the other.
+    /// If the answers are known: the residual of each in its own system and in the other.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residuals: Option<Residuals>,
-    /// For each row that differs its place, and the largest difference over the size of its entries or of the load.
+    /// For each row that differs, its position, and the largest difference relative to its entries or the load.
     #[serde(skip)]
     pub rows: Vec<([f64; 3], f64)>,
 }

@@ -1,38 +1,38 @@
-//! Fields that are linear in x, of which every dof is known without its basis: what two matrices make of them.
+//! Applies two matrices to fields that are linear in x, whose dofs are known without the basis.
 //!
-//! A dof with the values d for the constant fields along the axes has the value d · w(x) for a linear field w at its place x: exactly so for values at
+//! A dof with the values d for the constant fields along the axes has the value d · w(x) for a linear field w at its position x: this is exact for values at
 //! nodes, and for means on facets and edges.
 
 use serde::Serialize;
 
 use super::difference::Both;
 
-/// What remains of a field in the rows that no constrained dof touches, over the sizes of their terms; rounding where it is in the kernel.
+/// The remainder of a field in the rows that no constrained dof touches, relative to the sizes of their terms: rounding if the field is in the kernel.
 #[derive(Debug, Clone, Serialize)]
 pub struct Kernel {
     /// The field.
     pub of: String,
     /// `constants`, `rotations`, or `gradients` of quadratic functions.
     pub kind: &'static str,
-    /// In the first and the second matrix.
+    /// For the first and the second matrix.
     pub left: [f64; 2],
-    /// In their difference, over the sizes of its own terms; none where that is rounding.
+    /// For their difference, relative to the sizes of its terms; `None` if the difference is rounding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of_difference: Option<f64>,
 }
 
-/// Energies of constant fields and constant gradients over the volume.
+/// Energies of constant fields and constant gradients per volume.
 #[derive(Debug, Clone, Serialize)]
 pub struct Energies {
     /// The field.
     pub of: String,
     /// The name of the constant.
     pub name: String,
-    /// In the first and the second matrix.
+    /// For the first and the second matrix.
     pub values: [f64; 2],
 }
 
-/// What is left of a field in a kernel.
+/// The largest remainder of a field in a kernel.
 pub const NOTHING: f64 = 1e-10;
 
 /// A linear field: the values at 0 and the gradients of its components.
@@ -88,7 +88,7 @@ fn kind(both: &Both<'_>, field: usize) -> (usize, bool) {
     (dim, own.any(|(d, _)| d[1] != 0.0 || d[2] != 0.0))
 }
 
-/// What constants, rotations and gradients of quadratic functions leave, by field.
+/// The remainders of constants, rotations and gradients of quadratic functions, by field.
 pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
     let touched = |k: usize, row: usize| {
         both.matrices[k]
@@ -131,7 +131,7 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
                 });
                 each.fold(0.0, f64::max)
             });
-            // The entries of D, whose own sizes are those of the differences.
+            // The entries of D, whose sizes are those of the differences.
             let mut differing = false;
             let mut of_difference = 0.0f64;
             for w in &fields {
@@ -152,7 +152,7 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
                     }
                 }
             }
-            // A field of which no row can be looked at says nothing.
+            // A field without a row to examine is skipped.
             if inner
                 .iter()
                 .any(|row| usize::from(both.a.dofs.field[*row]) == field)
@@ -169,7 +169,7 @@ pub fn kernels(both: &Both<'_>) -> Vec<Kernel> {
     all
 }
 
-/// Constants of a material, from the energies of constant fields and gradients; of fields without constrained rows.
+/// Material constants, from the energies of constant fields and gradients, for fields without constrained rows.
 pub fn energies(both: &Both<'_>, volume: f64) -> Vec<Energies> {
     let mut all = Vec::new();
     for (field, name) in both.a.dofs.names.iter().enumerate() {
@@ -182,7 +182,7 @@ pub fn energies(both: &Both<'_>, volume: f64) -> Vec<Energies> {
             continue;
         }
         let (dim, is_vector) = kind(both, field);
-        // The energy of one field, per volume, in both; over its size it is rounding where the field is in the kernel.
+        // The energy of one field per volume, in both; relative to its size it is rounding if the field is in the kernel.
         let energy = |w: Linear| {
             let w = w.dofs(both, field);
             both.matrices.each_ref().map(|matrix| {

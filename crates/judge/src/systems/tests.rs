@@ -107,7 +107,7 @@ fn a_factor_and_a_term_on_top_are_told_apart() {
     assert!((energy.values[1] - 0.5).abs() < 1e-13);
 }
 
-/// Rows of the identity, a penalty, and elimination state the same.
+/// Rows of the identity, a penalty, and elimination state the same equations.
 #[test]
 fn constraints_are_equal_however_they_are_kept() {
     let free = rod(8, 1.0, 1.0, &same);
@@ -159,7 +159,7 @@ fn constraints_are_equal_however_they_are_kept() {
     assert_eq!(found.verdict, Verdict::Disagree);
 }
 
-/// Places are told by one group, or by the fewest that have all rows together.
+/// Places are described by one group, or by the fewest that contain all rows together.
 #[test]
 fn rows_are_told_by_the_groups_that_have_them() {
     let free = rod(8, 1.0, 1.0, &same);
@@ -190,7 +190,7 @@ fn rows_are_told_by_the_groups_that_have_them() {
     assert_eq!(groups(&[0, 1]), [""; 0]);
 }
 
-/// Moments with other signs and lengths are the same unknowns.
+/// Moments with different signs and lengths are the same unknowns.
 #[test]
 fn signs_and_scalings_of_moments_are_taken_out() {
     let mut a = rod(8, 1.0, 1.0, &same);
@@ -203,7 +203,7 @@ fn signs_and_scalings_of_moments_are_taken_out() {
     }
     let found = compare(a.clone(), b.clone(), &settings()).unwrap();
     assert_eq!((found.verdict, found.rescaled), (Verdict::Agree, 9));
-    // With a sign that the table does not tell they are other equations.
+    // With a sign that the table does not state they are different equations.
     b.dofs.direction[2] = b.dofs.direction[2].map(|d| -d);
     assert_eq!(
         compare(a, b, &settings()).unwrap().verdict,
@@ -211,7 +211,7 @@ fn signs_and_scalings_of_moments_are_taken_out() {
     );
 }
 
-/// A row of the identity states a value in the code's own scaling of that dof.
+/// A row of the identity states a value in the code's scaling of that dof.
 #[test]
 fn rows_of_the_identity_are_recognised_in_either_scaling() {
     let mut a = rod(4, 1.0, 0.0, &same);
@@ -270,7 +270,7 @@ fn what_cannot_be_matched_is_refused() {
     assert!(error.contains("hierarchical"), "{error}");
 }
 
-/// A solver that stopped early leaves something in its own system, equal systems nothing more in the other.
+/// A solver that stopped early leaves a residual in its system, and equal systems leave the same in the other.
 #[test]
 fn answers_are_put_into_each_other_s_system() {
     let mut a = rod(4, 1.0, 1.0, &same);
@@ -283,7 +283,7 @@ fn answers_are_put_into_each_other_s_system() {
     assert!(found.own[1] > 1e-3 && found.other[1] > 1e-3, "{found:?}");
 }
 
-/// A number that is none equals nothing, so that no system has one.
+/// NaN equals nothing, so a system must not contain it.
 #[test]
 fn what_is_not_finite_is_refused() {
     let right = rod(4, 1.0, 0.0, &same);
