@@ -1,4 +1,4 @@
-//! What shows only when two codes run again: tolerances, the order of the mesh, linear solvers, the start.
+//! Causes that only show when two codes run again: tolerances, the order of the mesh, linear solvers, the initial guess.
 
 use serde::{Serialize, Serializer};
 
@@ -13,19 +13,19 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::FaceFields;
 
-/// What two starts show.
+/// The conclusion from running two codes from two initial guesses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Start {
-    /// Nothing, as not both answers are solutions.
+    /// None, since not both answers are solutions.
     Unsolved,
-    /// That one linear system, which both solve, is badly conditioned.
+    /// One linear system, which both solve, is ill-conditioned.
     OneSystem,
-    /// That they lead to two solutions.
+    /// The initial guesses lead to two solutions.
     Decides,
 }
 
 impl Start {
-    /// What the start was matched to.
+    /// What the initial guess was set to.
     fn words(self) -> &'static str {
         match self {
             Start::Unsolved => "either answer, not both of which solve the scheme",
@@ -37,14 +37,14 @@ impl Start {
     }
 }
 
-/// What was found about two answers to one case.
+/// The result of running two codes again for one case.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
-    /// Its name.
+    /// The name of the scene.
     pub scene: String,
-    /// Its name.
+    /// The name of the method.
     pub method: String,
-    /// The refinement, where the scene has one.
+    /// The refinement, if the scene has one.
     pub n: Option<usize>,
     /// The first engine.
     pub a: String,
@@ -54,22 +54,22 @@ pub struct Diagnosis {
     pub difference: f64,
     /// Those that account for the difference first.
     pub ingredients: Vec<Ingredient>,
-    /// Are both solutions of one linear system, which is then badly conditioned?
+    /// Are both solutions of one linear system, which is then ill-conditioned?
     #[serde(skip)]
     pub is_one_system: bool,
 }
 
-/// One ingredient, matched.
+/// One setting that was made equal.
 #[derive(Debug, Clone, Serialize)]
 pub struct Ingredient {
-    /// What was matched: tolerances, the order of the mesh, linear solvers, the start.
+    /// The setting: tolerances, the order of the mesh, linear solvers, or the initial guess.
     #[serde(rename = "ingredient", serialize_with = "of_change")]
     pub change: Change,
-    /// What it was set to.
+    /// Its common value.
     pub matched: String,
-    /// The difference that is left, in the same units.
+    /// The remaining difference, in the unit of `Again`.
     pub left: f64,
-    /// Is nothing but rounding left?
+    /// Is the remainder rounding?
     pub accounts: bool,
 }
 
@@ -77,7 +77,7 @@ fn of_change<S: Serializer>(change: &Change, serializer: S) -> Result<S::Ok, S::
     serializer.serialize_str(&change.of())
 }
 
-/// Two answers to a case that are not the same, whose difference no residual explains.
+/// Two answers to a case that differ without a residual that explains it.
 pub struct Again<'a> {
     runner: &'a Runner<'a>,
     setup: &'a Setup,
@@ -90,7 +90,7 @@ pub struct Again<'a> {
 
 impl<'a> Again<'a> {
     /// # Errors
-    /// A setup that has no problem.
+    /// A setup without a discrete problem.
     pub fn new(
         runner: &'a Runner<'a>,
         setup: &'a Setup,
@@ -107,7 +107,7 @@ impl<'a> Again<'a> {
         })
     }
 
-    /// Runs both with one ingredient matched at a time.
+    /// Runs both with one setting made equal at a time.
     ///
     /// # Errors
     /// An interruption.
@@ -162,7 +162,7 @@ impl<'a> Again<'a> {
         });
     }
 
-    /// What is left when both engines run again; none where one of them does not answer.
+    /// The remaining difference when both engines run again; `None` if one of them does not answer.
     fn run(&self, engines: [&dyn Engine; 2], variation: &Variation) -> Result<Option<f64>> {
         let Ok(setup) = self.setup.with(variation) else {
             return Ok(None);
@@ -193,7 +193,7 @@ impl<'a> Again<'a> {
         Ok(start)
     }
 
-    /// The Rust engine with another linear solver beside the answer of the other.
+    /// Compares the Rust engine with another linear solver to the answer of the other engine.
     fn linear_solver(&mut self) -> Result<()> {
         let rust = engine::find(engine::OWN)?;
         let is_own = |k: &usize| self.answers[*k].source == rust.name();
@@ -221,12 +221,12 @@ impl<'a> Again<'a> {
 }
 
 impl Diagnosis {
-    /// Is it about these two in this case?
+    /// Does it belong to these two in this case?
     pub fn is_of(&self, case: (&str, &str, Option<usize>), pair: (&str, &str)) -> bool {
         (&*self.scene, &*self.method, self.n) == case && (&*self.a, &*self.b) == pair
     }
 
-    /// What accounts for the difference, in words.
+    /// A sentence on what accounts for the difference.
     pub fn sentence(&self) -> Text {
         let all = self.ingredients.iter();
         let mut causes: Vec<&Ingredient> = all.clone().filter(|i| i.accounts).collect();
@@ -260,11 +260,11 @@ impl Diagnosis {
     }
 }
 
-/// What is left when both codes start from either answer. Of two solutions the start decides which is found; but as the
-/// scheme is linear while no point of Γ_C changes its status, two of them differ there. Answers with the same status are
-/// one solution of one linear system, which differ by rounding alone.
+/// The remaining difference when both codes start from either answer. If there are two solutions, the initial guess decides which is found; but
+/// since the scheme is linear while no point of Γ_C changes its status, they differ there. Answers with the same status are
+/// one solution of one linear system and only differ by rounding.
 fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (Start, f64) {
-    // Each by itself: the larger of a number and of what is none is the number.
+    // Compared one by one, since the maximum of a number and NaN is the number.
     let solved = residuals.iter().all(|r| *r <= RESIDUAL_TOLERANCE);
     let residual = residuals[0].max(residuals[1]);
     match flips {
@@ -274,7 +274,7 @@ fn start_decides(residuals: [f64; 2], flips: usize, difference: f64) -> (Start, 
     }
 }
 
-/// The largest difference of any field by value, as the judge measures it; infinite where there is none.
+/// The largest difference of any field by value, as the judge measures it; infinite if there is none.
 fn distance(a: &FaceFields, b: &FaceFields) -> f64 {
     let judged = judge(a, b, 1.0).unwrap_or_default();
     let values = judged.iter().filter(|f| f.field != "status");

@@ -1,4 +1,4 @@
-//! What may differ between a code and the scheme.
+//! The ways in which a code may differ from the scheme.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -6,30 +6,30 @@ use serde::{Serialize, Serializer};
 
 use crate::run::Datum;
 
-/// What a change of the scheme or of the values is about.
+/// The part of the scheme or of the values that a change concerns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aspect {
-    /// The digits with which values are written.
+    /// The number of digits in the file.
     Digits,
-    /// The rule by which the load is integrated.
+    /// The quadrature rule of the load.
     LoadRule,
-    /// That of Γ_C.
+    /// The quadrature rule on Γ_C.
     ContactRule,
-    /// h in γ = γ₀ h.
+    /// The meaning of h in γ = γ₀ h.
     H,
     /// One of f, g, t, ψ.
     Datum(Datum),
-    /// Which part of the boundary is which.
+    /// The assignment of boundary parts.
     Boundary,
-    /// The law of contact and θ.
+    /// The contact law and θ.
     Method,
     /// γ, everywhere or on some faces.
     Gamma,
-    /// Whose values are whose.
+    /// The order of the values.
     Order,
     /// Values of u.
     U,
-    /// Which points are in contact.
+    /// The points in contact.
     Status,
     /// An iteration that stopped early.
     Iteration,

@@ -1,4 +1,4 @@
-//! What a result solves in place of a form, in words and for JSON.
+//! Describes the form that a result solves instead of the given one, as text and as JSON.
 
 use serde::Serialize;
 
@@ -13,27 +13,27 @@ use faceoff_form::scalar::Length;
 #[derive(Debug, Clone, Serialize)]
 pub struct CauseTold {
     kind: &'static str,
-    /// The text of the term, if it is one.
+    /// The text of the term, if it concerns one.
     #[serde(skip_serializing_if = "Option::is_none")]
     term: Option<String>,
-    /// The group, parameter, datum, unknown, rule, cells or facets.
+    /// The name of the group, parameter, datum, unknown, rule, cells or facets.
     #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
     place: Option<String>,
-    /// The factor of the term or of a part of it, the value of the parameter, or the slope of a factor; none of a change without a number.
+    /// The factor of the term or of a part of it, the value of the parameter, or the slope of a factor; `None` for a change without a number.
     #[serde(skip_serializing_if = "Option::is_none")]
     factor: Option<f64>,
-    /// What all changes leave together: the largest row, over the sizes of rows.
+    /// The remaining residual with all changes together: the largest row, relative to the sizes of the rows.
     left: f64,
 }
 
 impl CauseTold {
-    /// The kind of the change, as JSON has it.
+    /// The kind of the change in JSON.
     pub fn kind(&self) -> &'static str {
         self.kind
     }
 }
 
-/// What one has to know to name a change.
+/// The context that is needed to name a change.
 pub struct Names<'a> {
     pub problem: &'a Problem,
     pub terms: &'a [Term],
@@ -44,7 +44,7 @@ impl Names<'_> {
         &self.terms[k].text
     }
 
-    /// `dx`, `ds(top)`: what a term is taken over.
+    /// The measure of a term, as `dx` or `ds(top)`.
     fn measure(&self, k: usize) -> String {
         let measure = &self.problem.integrals[k].measure;
         let name = match measure.domain {
@@ -66,7 +66,7 @@ impl Names<'_> {
         code(self.term(k))
     }
 
-    /// `the term … were missing and …`, behind "as if".
+    /// `the term … were missing and …`, to follow "as if".
     pub fn sentence(&self, causes: &[Cause]) -> Text {
         let mut all = causes.iter().map(|cause| self.words(cause));
         let first = all.next().unwrap_or_default();
@@ -280,7 +280,7 @@ impl Names<'_> {
         }
     }
 
-    /// Is it λ, or the factor of a term, of plane stress in place of plane strain: 2λμ/(λ + 2μ), (1 - 2ν)/(1 - ν)?
+    /// Is it the λ, or the factor of a term, of plane stress instead of plane strain: 2λμ/(λ + 2μ), (1 - 2ν)/(1 - ν)?
     fn of_plane_stress(&self, parameter: Option<usize>, value: f64) -> Text {
         let parameters = &self.problem.parameters;
         let find = |names: &[&str]| {
@@ -341,7 +341,7 @@ impl Names<'_> {
         }
     }
 
-    /// Changes that leave so much together, for JSON.
+    /// Changes with their common remaining residual, for JSON.
     pub fn told(&self, causes: &[Cause], left: f64) -> Vec<CauseTold> {
         causes.iter().map(|cause| self.entry(cause, left)).collect()
     }
@@ -411,7 +411,7 @@ fn is_near(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-6 * a.abs()
 }
 
-/// As few digits as seven of them need.
+/// As few of seven digits as represent the number.
 fn few(x: f64) -> String {
     let rounded = |digits: usize| format!("{x:.*e}", digits - 1).parse::<f64>();
     let digits = (1..7).find(|digits| rounded(*digits) == rounded(7));

@@ -1,4 +1,4 @@
-//! Every change of a scene's scheme that a code may have made: choices, and numbers.
+//! All changes of a scene's scheme that a code may have made: choices, and numbers.
 
 use super::{Aspect, Explanation, Rank};
 use crate::run::{Datum, Setup, Variation};
@@ -8,33 +8,33 @@ use faceoff_fem::quadrature;
 use faceoff_fem::scene::HRule;
 use faceoff_form::judge::recovery::Column;
 
-/// A change, and what is said of who made it.
+/// A change with its explanation.
 pub(super) struct Entry {
     pub make: Make,
-    /// With its number; what it leaves is not yet known.
+    /// The explanation for a number; its remaining residual is filled in later.
     pub say: Box<dyn Fn(f64) -> Explanation + Sync>,
 }
 
-/// What makes a change.
+/// How the change is applied.
 pub(super) enum Make {
-    /// Another scheme.
+    /// A different scheme.
     Choice(Variation),
-    /// A scheme with a number, which is 0 where nothing is changed.
+    /// A scheme with a number, which is 0 for the unchanged one.
     Number {
         with: Box<dyn Fn(f64) -> Variation + Sync>,
-        /// What is small for it is small against this.
+        /// The scale of the number.
         size: f64,
-        /// Where else to begin.
+        /// Further initial guesses for the number.
         starts: &'static [f64],
     },
     /// u times 1 + a number.
     Values { starts: &'static [f64] },
-    /// What is known to be left with it, over the sizes of rows.
+    /// The known remaining residual, relative to the sizes of the rows.
     Known(Vec<f64>),
 }
 
 impl Entry {
-    /// Of which it is known what it leaves.
+    /// A change whose remaining residual is known.
     pub fn known(left: Vec<f64>, found: Explanation) -> Self {
         Entry {
             make: Make::Known(left),
@@ -44,12 +44,12 @@ impl Entry {
 }
 
 impl Make {
-    /// Is it there or not, without a number?
+    /// Is it a change without a number?
     pub fn is_whole(&self) -> bool {
         matches!(self, Make::Choice(_) | Make::Known(_))
     }
 
-    /// Its column with a vector.
+    /// The column of the recovery with this vector.
     pub fn column(&self, vector: Vec<f64>) -> Column {
         match self {
             Make::Choice(_) | Make::Known(_) => Column::whole(vector),
@@ -65,14 +65,14 @@ impl Make {
     }
 }
 
-/// All of them for a setup whose answers are of this size.
+/// All changes for a setup, given the size of its answers.
 pub(super) fn dictionary(setup: &Setup, size: f64) -> Vec<Entry> {
     let mut all = choices(setup);
     all.extend(numbers(setup, size));
     all
 }
 
-/// Quadratures, h, signs, parts of the boundary, methods.
+/// Changes of quadrature rules, h, signs, boundary parts and methods.
 fn choices(setup: &Setup) -> Vec<Entry> {
     let (dim, discretisation) = (setup.mesh.dim, &setup.discretisation);
     let mut all = Vec::new();
@@ -150,7 +150,7 @@ fn term_of(datum: Datum) -> Term {
 
 /// The other methods on the same element.
 fn methods(own: Method) -> impl Iterator<Item = Method> {
-    // Without contact, θ₁ = θ₂ = 0, a scheme has many solutions, those of the others among them.
+    // With θ₁ = θ₂ = 0 and no contact, a scheme has many solutions, including those of the others.
     let family = [[1, 0], [1, 1], [0, 1], [-1, 0], [-1, 1]];
     let family = family.map(|theta| {
         let [theta1, theta2] = theta.map(f64::from);
@@ -164,7 +164,7 @@ fn methods(own: Method) -> impl Iterator<Item = Method> {
     all.filter(move |other| other.element.name() == own.element.name() && other.law != own.law)
 }
 
-/// γ₀, every datum times a number or with one added, and u times a number.
+/// γ₀, every datum times a number or plus a number, and u times a number.
 fn numbers(setup: &Setup, size: f64) -> Vec<Entry> {
     let (data, gamma0) = (setup.scene.data(), setup.discretisation.gamma0());
     let mut all = Vec::new();
@@ -179,7 +179,7 @@ fn numbers(setup: &Setup, size: f64) -> Vec<Entry> {
             Make::Number {
                 with: Box::new(move |log: f64| Variation::Gamma0(gamma0 * log.exp())),
                 size: 1.0,
-                // Towards 0 and infinity the answer no longer depends on γ, and many would fit.
+                // In the limits 0 and infinity the answer no longer depends on γ, and many values would fit.
                 starts: &[0.0, -2.3, 2.3, -4.6, 4.6, -9.2, 9.2],
             },
             Box::new(move |log: f64| {
@@ -236,14 +236,14 @@ fn numbers(setup: &Setup, size: f64) -> Vec<Entry> {
     all
 }
 
-/// `× 1.00100`: three digits of what it is more or less than 1.
+/// `× 1.00100`: three digits of the deviation from 1.
 pub(super) fn times(factor: f64) -> Text {
     let off = (factor - 1.0).abs();
     let number = match off {
         _ if !(0.1..1e6).contains(&factor.abs()) => Number::new(factor, 7),
         off if off < 1e-11 => Number::fixed(1.0, 0),
         _ => {
-            // 0.000999999 has its digits where 0.001 has them.
+            // The digits of 0.000999999 are those of 0.001.
             let power = (off * (1.0 + 1e-6)).log10().floor();
             let digits = (2.0 - power).clamp(3.0, 14.0) as usize;
             Number::fixed(factor, digits)
@@ -252,7 +252,7 @@ pub(super) fn times(factor: f64) -> Text {
     text!("× {}", number)
 }
 
-/// With four digits.
+/// The number with four digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }

@@ -1,4 +1,4 @@
-//! The search: everything that is tried, and what is found.
+//! Tries all changes, and collects the findings.
 
 use super::dictionary::dictionary;
 use super::gamma::FaceGamma;
@@ -11,18 +11,18 @@ use crate::text::text;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
-/// A sum of rounded values may be off by more than each.
+/// The error of a sum of rounded values may be larger than that of each.
 const SUMMED: f64 = 4.0;
-/// So many of the worst rows are kept.
+/// The number of worst rows that are kept.
 const WORST: usize = 10;
-/// Of the explanations that account for nothing so many are told.
+/// The number of attempts that are reported if none explains the field.
 const TOLD: usize = 8;
-/// What leaves less than this part of the residual comes near.
+/// A change comes close if it leaves less than this fraction of the residual.
 const NEAR: f64 = 0.1;
-/// What is to be said of u, at all dofs, as an answer to a setup; `written` is how exactly it was.
+/// Examines u, at all dofs, as an answer to a setup; `written` is the precision of its digits.
 ///
 /// # Errors
-/// An interruption; a setup that has no problem.
+/// An interruption; a setup without a discrete problem.
 pub fn examine(runner: &Runner, setup: &Setup, u: &[f64], written: Written) -> Result<Findings> {
     let problem = setup.case()?.problem;
     let rows = problem.rows(u);
@@ -62,7 +62,7 @@ impl Search<'_> {
         }
     }
 
-    /// Everything that is tried, what explains u first.
+    /// All attempts, with those that explain u first.
     fn explain(&mut self, gammas: &[FaceGamma]) -> Result<Vec<Explanation>> {
         let at_faces = gamma::at_faces(self, gammas);
         let size = self.u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
@@ -77,7 +77,7 @@ impl Search<'_> {
             those.extend(scheme::explain(self).filter(|e| e.left <= self.limit));
         }
         if !accounts(&those, Rank::Places) {
-            // What comes near by one change of the scheme has another fault beside it, not an iteration that stopped.
+            // If one change of the scheme comes close, there is another fault in addition, rather than an iteration that stopped early.
             let is_near = |e: &Explanation| e.left < NEAR * self.residual && e.rank < Rank::Many;
             let near = those.iter().chain(&others).any(is_near);
             those.extend(known::explain(self)?.filter(|e| !near || !e.is_iteration()));

@@ -1,4 +1,4 @@
-//! What is changed when codes run again, one thing at a time: one list for scenes and for any problem.
+//! The settings that are changed one at a time when codes run again: one list for scenes and for any problem.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,31 +6,31 @@ use serde::{Serialize, Serializer};
 
 use faceoff_fem::linear::Solver;
 
-/// Parameters are changed by this many units in the last place: more than the writing of a number loses.
+/// Parameters are changed by this many units in the last place, which is more than the loss in writing a number.
 const ULPS: u64 = 4;
 
-/// One thing that is changed while all else stays.
+/// One change, with all other settings fixed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Change {
-    /// Nothing: the same once more.
+    /// No change: the same run again.
     Again,
-    /// The order of the cells.
+    /// Reverses the order of the cells.
     Cells,
-    /// The order of the vertices.
+    /// Reverses the order of the vertices.
     Vertices,
-    /// The number of threads.
+    /// Changes the number of threads.
     Threads,
-    /// The last digits of the parameters.
+    /// Changes the last digits of the parameters.
     Rounding,
-    /// Where iterations stop.
+    /// Changes the stopping tolerance.
     Tolerances,
-    /// A parameter, multiplied by a percentage.
+    /// Multiplies a parameter by a percentage.
     Parameter(String, u8),
-    /// The load, constant in place of any.
+    /// Replaces the load by a constant.
     Load,
-    /// Where iterations start.
+    /// Changes the initial guess.
     Start,
-    /// What solves the linear systems.
+    /// Changes the solver of the linear systems.
     Solver(Solver),
 }
 
@@ -41,7 +41,7 @@ impl Serialize for Change {
 }
 
 impl Change {
-    /// What can be changed of a run with these real parameters: first what must not move an answer, then each of them, ten per
+    /// The possible changes of a run with these real parameters: first those that must not move an answer, then each parameter by ten per
     /// cent up and down.
     pub fn of_run(reals: &BTreeSet<&str>) -> Vec<Change> {
         let mut all = vec![
@@ -59,8 +59,8 @@ impl Change {
         all
     }
 
-    /// What shows that a parameter of an approximation limits the accuracy: half of it and twice as much, and of a tolerance a
-    /// hundredth.
+    /// The changes that show whether a numerical parameter limits the accuracy: half and twice its value, and a hundredth of a
+    /// tolerance.
     pub fn of_limit(name: &str) -> Vec<Change> {
         let is_tolerance = is_tolerance(name) || name.to_lowercase().contains("eps");
         let percents: &[u8] = if is_tolerance { &[1] } else { &[50, 200] };
@@ -69,7 +69,7 @@ impl Change {
             .collect()
     }
 
-    /// What it is about: `the order of the mesh`.
+    /// What is changed: `the order of the mesh`.
     pub fn of(&self) -> String {
         match self {
             Change::Again => "nothing".into(),
@@ -84,7 +84,7 @@ impl Change {
         }
     }
 
-    /// What is done: `cells in reverse order`.
+    /// How it is changed: `cells in reverse order`.
     pub fn words(&self) -> String {
         match self {
             Change::Again => "run once more".into(),
@@ -102,7 +102,7 @@ impl Change {
         }
     }
 
-    /// As the end of a folder's name.
+    /// The suffix of the folder's name.
     pub fn suffix(&self) -> String {
         match self {
             Change::Again => "-again".into(),
@@ -118,8 +118,8 @@ impl Change {
         }
     }
 
-    /// Changes the parameters of a run; were any changed? An integer, which may be a count, only where it is meant by name and stays
-    /// one.
+    /// Changes the parameters of a run, and returns whether any changed. An integer, which may be a count, is changed only if it is named and if it stays
+    /// an integer.
     pub fn parameters(&self, reals: &BTreeSet<String>, of: &mut BTreeMap<String, String>) -> bool {
         let mut is_changed = false;
         for (name, value) in of {

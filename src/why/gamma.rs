@@ -1,4 +1,4 @@
-//! γ of each contact face that would explain a field.
+//! Finds the γ of each contact face that would explain a field.
 
 use serde::Serialize;
 
@@ -11,21 +11,21 @@ use faceoff_fem::contact::{Problem, Term};
 use faceoff_form::judge::recovery::largest;
 
 const STEPS: usize = 12;
-/// Faces share rows where they share a cell or a vertex: sweeps until nothing changes.
+/// The most Gauss–Seidel sweeps, which are needed because faces that share a cell or a vertex share rows.
 const SWEEPS: usize = 200;
-/// A relative change of γ below this times rounding has no say in the residual.
+/// If a relative change of γ changes the residual by less than this multiple of rounding, γ cannot be determined.
 const SAY: f64 = 1e3;
 
-/// What γ would have to be on a contact face, over what it is.
+/// The ratio of the γ that fits on a contact face to the γ of the scheme.
 #[derive(Debug, Clone, Serialize)]
 pub struct FaceGamma {
-    /// Those of the face, ascending.
+    /// The vertices of the face, ascending.
     pub vertices: Vec<u32>,
-    /// Its centroid, as many coordinates as the mesh has.
+    /// Its centroid, with one coordinate per dimension of the mesh.
     pub midpoint: Vec<f64>,
-    /// None where γ has no say: in contact, for methods without a penalty.
+    /// `None` if γ does not enter: in contact, or for methods without a penalty.
     pub factor: Option<f64>,
-    /// What rounding leaves open.
+    /// The uncertainty from rounding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uncertain: Option<f64>,
 }
@@ -36,7 +36,7 @@ pub struct FaceGamma {
 /// δγ_F = -Σ_j r_j c_j / Σ_j c_j²,   c_j = ∂R_j/∂γ_F, for (3.2) Σ_q w [P > 0] ∂ₙu ∂ₙφ_j
 /// ```
 ///
-/// one face after the other until all rest, since some share rows.
+/// one face after the other until nothing changes, since faces share rows.
 pub(super) fn by_face(problem: &Problem, u: &[f64], limit: f64) -> Vec<FaceGamma> {
     // In units of the rows.
     let rows = problem.rows(u);
@@ -54,7 +54,7 @@ pub(super) fn by_face(problem: &Problem, u: &[f64], limit: f64) -> Vec<FaceGamma
         .iter()
         .map(|column| column.iter().map(|(_, c)| c * c).sum())
         .collect();
-    // By how much the residual changes at most, relative to its rows, with γ as a whole.
+    // The largest change of the residual, relative to its rows, under a change of γ as a whole.
     let say = |face: usize| {
         let of = columns[face].iter();
         of.map(|(_, c)| (c * problem.contact[face].gamma).abs())
@@ -91,7 +91,7 @@ pub(super) fn by_face(problem: &Problem, u: &[f64], limit: f64) -> Vec<FaceGamma
         .collect()
 }
 
-/// The faces on which γ is off, each by its own factor.
+/// The faces on which γ differs, each with its factor.
 pub(super) fn at_faces(search: &mut Search, gammas: &[FaceGamma]) -> Option<Entry> {
     let asked: Vec<f64> = search.problem.contact.iter().map(|f| f.gamma).collect();
     let mut factors = vec![1.0; asked.len()];

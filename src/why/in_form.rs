@@ -1,4 +1,4 @@
-//! Whether a result solves a weak form, and what it solves in place of it.
+//! Whether a result solves a weak form, and which form it solves if not.
 
 use serde::Serialize;
 
@@ -12,38 +12,38 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
 
-/// Of numbers that were rounded when they were written, a row may be off by so many of their last digits.
+/// If numbers were rounded when they were written, a row may be wrong by this many units of their last digits.
 const WRITTEN: f64 = 4.0;
 
-/// Of explanations that leave the same, a sentence has so many, and a page all.
+/// The most equivalent explanations in a sentence; a page shows all.
 const IN_SENTENCE: usize = 2;
 
 /// How much the causes explain.
 const EXACTLY: &str = "all but rounding";
 
-/// A result in a form.
+/// The result of substituting a field into a form.
 #[derive(Debug, Serialize)]
 pub struct InForm {
     /// Does it solve the form?
     pub verdict: Verdict,
-    /// What was found, without a full stop.
+    /// The finding, without a full stop.
     pub sentence: Text,
-    /// The largest residual of free rows, over the sum of the sizes of what the row is made of.
+    /// The largest residual of a free row, relative to the sum of the absolute values of its terms.
     pub residual: f64,
-    /// What counts as rounding.
+    /// The bound for rounding.
     pub limit: f64,
-    /// The rows beyond it.
+    /// The number of rows beyond it.
     pub failing: usize,
-    /// The largest error of given values, over the largest value.
+    /// The largest error of prescribed values, relative to the largest value.
     pub dirichlet: f64,
-    /// The digits of the result's numbers.
+    /// The number of digits in the file.
     pub written: Written,
-    /// The changes which together make a form that the result solves; empty where it solves the form, or none is known.
+    /// The changes that together make a form that the result solves; empty if it solves the given form, or none is known.
     pub explanations: Vec<CauseTold>,
-    /// Other changes that do the same.
+    /// Other changes with the same effect.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alike: Vec<Vec<CauseTold>>,
-    /// All of them in words, behind "as if", and how much they explain.
+    /// All changes as text to follow "as if", and how much they explain.
     #[serde(skip)]
     pub because: Vec<(Text, String)>,
     /// All rows and terms.
@@ -52,10 +52,10 @@ pub struct InForm {
 }
 
 impl InForm {
-    /// Of the fields of a result, which have the names of the unknowns.
+    /// Substitutes the fields of a result, which have the names of the unknowns.
     ///
     /// # Errors
-    /// A result on another mesh, fields that are not there or are no functions of the spaces, and a form of several steps in time.
+    /// A result on another mesh, fields that are missing or are not functions of the spaces, and a form of several time steps.
     pub fn new(problem: &Problem, mesh: &Mesh, result: &Mesh) -> Result<Self> {
         let written = result.fields.iter();
         let written = written.map(|field| Written::of(&field.values.to_f64()));
@@ -96,7 +96,7 @@ impl InForm {
         Ok(found)
     }
 
-    /// What explains all but rounding, in words behind "as if".
+    /// The changes that explain all but rounding, as text to follow "as if".
     pub fn cause(&self) -> Option<&Text> {
         let known = self
             .because

@@ -1,4 +1,4 @@
-//! What shows only beside the solution: right values at other places, a few wrong ones, and one that is not quite there.
+//! Faults that only show in comparison with the solution: right values in other positions, a few wrong ones, and an iteration that stopped early.
 
 use super::place::Spot;
 use super::search::Search;
@@ -8,18 +8,18 @@ use faceoff_fem::contact::{Iteration, SPLITTINGS, Stop, solve};
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 
-/// Values are the same up to this, relative to the largest difference.
+/// Values that differ by at most this, relative to the largest difference, are the same.
 const SAME: f64 = 1e-6;
-/// What fails in fewer rows than one in so many is in one place.
+/// A fault in at most one row of this number is local.
 const SPREAD: usize = 12;
-/// The cosine of the angle between errors that are along each other.
+/// The cosine of the angle between errors that count as parallel.
 const ALONG: f64 = 0.99;
-/// Steps of Newton's method that are looked at; of fixed points ten times as many.
+/// The number of steps of Newton's method that are examined; ten times as many for fixed points.
 const STEPS: usize = 30;
-/// What is farther from the solution than this, relative to its largest value, is no iteration stopped early.
+/// A field farther from the solution than this, relative to its largest value, is not taken for an iteration that stopped early.
 const NEARLY: f64 = 1e-2;
 
-/// Solves, and compares; none where the Rust engine has no solution.
+/// Solves, and compares; `None` if the Rust engine has no solution.
 ///
 /// # Errors
 /// An interruption.
@@ -70,7 +70,7 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
             ..Explanation::new(aspect, brief, Rank::Values, left).more(more)
         }));
     }
-    // What a linear solver leaves that stopped early is in rows of all kinds.
+    // The residual of a linear solver that stopped early is in rows of all kinds.
     let failing = search.errors.iter().filter(|e| **e > search.limit).count();
     let all = SPREAD * failing >= u.len();
     if !(farthest <= NEARLY * largest) || !(all || is_iterate(search, known)?) {
@@ -88,7 +88,7 @@ pub(super) fn explain(search: &Search) -> Result<Option<Explanation>> {
     Ok(Some(found.more(more)))
 }
 
-/// Is the error of u that of a step of Newton's method, or along that of a fixed point?
+/// Is the error of u that of a step of Newton's method, or parallel to that of a fixed point?
 fn is_iterate(search: &Search, known: &[f64]) -> Result<bool> {
     let error =
         |u: &[f64]| -> Vec<f64> { u.iter().zip(known).map(|(u, known)| u - known).collect() };

@@ -1,4 +1,4 @@
-//! What may differ at some places: values on Γ_D, and the contact status.
+//! Finds local changes: values on Γ_D, and the contact status.
 
 use super::dictionary::Entry;
 use super::place::Spot;
@@ -8,12 +8,12 @@ use crate::run::Datum;
 use crate::text::{Number, text};
 use faceoff_fem::contact::Term;
 
-/// What fails on more contact faces is not explained by one or two of them.
+/// Faults on more contact faces are not explained by one or two of them.
 const MOST_FACES: usize = 8;
-/// So many points of a face have their statuses tried, in all combinations.
+/// Up to this number of points of a face, all combinations of their statuses are tried.
 const MOST_POINTS: usize = 10;
 
-/// Takes the values on Γ_D for g where they are not.
+/// Replaces g by the values of u on Γ_D where they differ.
 pub(super) fn values_held(search: &Search) -> Option<Entry> {
     let is_off = |dof: &usize| {
         search.problem.dirichlet[*dof].is_some() && search.errors[*dof] > search.limit
@@ -51,7 +51,7 @@ pub(super) fn values_held(search: &Search) -> Option<Entry> {
     Some(Entry::known(left, found))
 }
 
-/// The statuses with which the linear scheme has this field: those of a step of Newton's method that was the last one,
+/// The statuses with which the linear scheme has this field: those of a last step of Newton's method,
 /// although they were not yet those of u.
 pub(super) fn status(search: &Search) -> Option<Entry> {
     let points = search.problem.by_status(search.u);
@@ -62,7 +62,7 @@ pub(super) fn status(search: &Search) -> Option<Entry> {
         flipped: vec![0; points.len()],
         points: &points,
     };
-    // How many faces see a row.
+    // The number of faces that each row depends on.
     let mut seen = vec![0_u32; search.u.len()];
     for (row, _) in (0..points.len()).flat_map(rows) {
         seen[*row as usize] += 1;
@@ -72,7 +72,7 @@ pub(super) fn status(search: &Search) -> Option<Entry> {
         points[*face].len() <= MOST_POINTS && rows(*face).iter().any(|(row, _)| is_off(*row))
     };
     let faces: Vec<usize> = (0..points.len()).filter(failing).collect();
-    // By the rows that are a face's own, then by all, one face after the other until all rest.
+    // First by the rows that only depend on one face, then by all, one face after the other until nothing changes.
     let is_own = |row: u32| seen[row as usize] == 1;
     for face in &faces {
         statuses.choose(*face, &is_own);
@@ -119,8 +119,8 @@ pub(super) fn status(search: &Search) -> Option<Entry> {
     Some(Entry::known(left, found))
 }
 
-/// What a functional at each point adds to the rows, over their sizes, for each contact face that has a row which fails; none where such faces
-/// are many, or where the law has no functionals.
+/// The contribution of a functional at each point to the rows, relative to their sizes, for each contact face with a row that fails; `None` if such faces
+/// are many, or if the law has no functionals.
 pub(super) fn functionals(search: &Search) -> Option<Vec<Vec<Vec<f64>>>> {
     let points = search.problem.by_status(search.u);
     let is_failing = |face: &&Vec<Vec<(u32, f64)>>| {
@@ -144,21 +144,21 @@ pub(super) fn functionals(search: &Search) -> Option<Vec<Vec<Vec<f64>>>> {
     })
 }
 
-/// Faces share rows: so many times each is chosen for again.
+/// The number of sweeps over the faces, since they share rows.
 const SWEEPS: usize = 20;
 
 /// A status for each point, and the residual with them.
 struct Statuses<'a> {
     search: &'a Search<'a>,
-    /// Of each face and point, as [`faceoff_fem::contact::Problem::by_status`] has them.
+    /// By face and point, as in [`faceoff_fem::contact::Problem::by_status`].
     points: &'a [Vec<Vec<(u32, f64)>>],
-    /// A bit for each point with the other status.
+    /// One bit per point, set if its status is the other one.
     flipped: Vec<usize>,
     residual: Vec<f64>,
 }
 
 impl Statuses<'_> {
-    /// Gives the points of a face the statuses that leave least in those of its rows that count; does that change any?
+    /// Gives the points of a face the statuses with the smallest residual in those of its rows that count; returns whether any changed.
     fn choose(&mut self, face: usize, counts: &dyn Fn(u32) -> bool) -> bool {
         let points = &self.points[face];
         let before = std::mem::take(&mut self.flipped[face]);
@@ -183,7 +183,7 @@ impl Statuses<'_> {
         best != before
     }
 
-    /// Adds what the points of a subset change to the residual, so many times.
+    /// Adds to the residual a multiple of the change by a subset of points.
     fn flip(&mut self, face: usize, subset: usize, times: f64) {
         let points = self.points[face].iter().enumerate();
         let of_subset = points.filter(|(q, _)| subset >> q & 1 == 1);

@@ -1,9 +1,9 @@
-//! Why a field is not what the scheme has: where it fails, in which terms, and which single change of the scheme it solves.
+//! Finds where a field does not solve the scheme, in which terms, and which single change of the scheme it solves.
 //!
-//! The residual of a field in a scheme is cheap, and exact to rounding: a field that solves the scheme with another rule, γ
-//! or sign leaves nothing in that one. So every change is tried by assembling, none by solving; the Rust engine solves only
-//! where no change explains the field, to see whether its values are right but elsewhere, or nearly right. What is no
-//! part of the scheme (tolerance, order of the mesh) shows only when two codes run again.
+//! The residual of a field in a scheme is cheap, and exact up to rounding: a field that solves the scheme with a different rule, γ
+//! or sign has no residual in that scheme. So every change is tried by assembly, without solving; the Rust engine solves only
+//! if no change explains the field, to see whether its values are permuted or nearly right. Settings that are not
+//! part of the scheme (tolerance, order of the mesh) show only when two codes run again.
 
 mod again;
 mod aspect;
@@ -42,30 +42,30 @@ pub use place::Spot;
 pub use stated::Stated;
 pub use systems::Systems;
 
-/// What is found about a field in a scheme.
+/// The findings about a field in a scheme.
 #[derive(Debug, Clone, Serialize)]
 pub struct Findings {
     /// The largest backward error of a row.
     pub residual: f64,
-    /// What the rounding of the values as they are written may leave.
+    /// The bound for the effect of the digits in the file.
     pub limit: f64,
-    /// The digits that the values have.
+    /// The number of digits in the file.
     pub written: Written,
-    /// The dofs, each with its row.
+    /// The number of dofs, which is that of rows.
     pub rows: usize,
-    /// The rows that are above rounding.
+    /// The number of rows above rounding.
     pub failing: usize,
-    /// Those of the mesh.
+    /// The number of faces of the mesh.
     pub faces: usize,
-    /// The faces with such a row.
+    /// The number of faces with such a row.
     pub failing_faces: usize,
-    /// The rows that are farthest off, the worst first.
+    /// The places of the worst rows, the worst first.
     pub worst: Vec<Spot>,
-    /// How far each term is part of the rows that fail.
+    /// For each term, in how many of the rows that fail it is.
     pub terms: Vec<TermRows>,
-    /// What γ would have to be on each contact face.
+    /// The γ that fits on each contact face.
     pub gamma: Vec<FaceGamma>,
-    /// What was tried, with what it leaves: what explains the field first.
+    /// All attempts with their remaining residuals: those that explain the field first.
     pub explanations: Vec<Explanation>,
     /// The backward error of each row.
     #[serde(skip)]
@@ -75,52 +75,52 @@ pub struct Findings {
 /// A term of the scheme in the rows that fail.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct TermRows {
-    /// Which.
+    /// The term.
     pub term: Term,
-    /// The rows that it is part of.
+    /// The number of rows that it is part of.
     pub rows: usize,
-    /// Those of them that fail.
+    /// The number of those that fail.
     pub failing: usize,
-    /// Is it part of all that fail, and of hardly more rows than any other such term?
+    /// Is it part of all rows that fail, and of hardly more rows than any other such term?
     pub suspect: bool,
 }
 
 /// One change of the scheme or of the values, and the residual with it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Explanation {
-    /// What differs.
+    /// The part of the scheme that differs.
     pub ingredient: Aspect,
-    /// How, as a sentence about the code.
+    /// The difference, as a sentence about the code.
     pub what: Text,
     /// The same without places.
     #[serde(skip)]
     pub brief: Text,
-    /// The one that it is about, where it is about one.
+    /// The datum that it concerns, if it concerns one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub term: Option<Term>,
-    /// By which what the scheme has is multiplied.
+    /// The factor of the quantity in the scheme.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
-    /// Where, if not everywhere.
+    /// The places, if it is not everywhere.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub at: Vec<Spot>,
-    /// The backward error with it.
+    /// The backward error with the change.
     pub left: f64,
-    /// Is nothing but rounding left, where there was more? Never of an iteration that stopped early, for which only the distance to
-    /// the solution speaks.
+    /// Is only rounding left, where there was more? Never true for an iteration that stopped early, which only the distance to
+    /// the solution shows.
     pub accounts: bool,
     #[serde(skip)]
     rank: Rank,
 }
 
-/// Of two explanations that both leave nothing the one that supposes less comes first.
+/// How much an explanation supposes: of two that leave nothing, the simpler one comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Rank {
-    /// Rounding of what was written.
+    /// Rounding in the file.
     Written,
-    /// One of a few possibilities.
+    /// One of a few choices.
     Choice,
-    /// A number for all of the domain.
+    /// One number for the whole domain.
     Number,
     /// Choices at some places.
     Statuses,
@@ -128,12 +128,12 @@ enum Rank {
     Places,
     /// The values, compared with the solution.
     Values,
-    /// As many numbers as there are faces.
+    /// One number per face.
     Many,
 }
 
 impl Explanation {
-    /// What `brief` says, which names no place.
+    /// An explanation that only has a `brief` text, which names no place.
     fn new(ingredient: Aspect, brief: Text, rank: Rank, left: f64) -> Self {
         Explanation {
             ingredient,
@@ -148,13 +148,13 @@ impl Explanation {
         }
     }
 
-    /// With the places, or what else is said behind.
+    /// Adds the places, or another supplement to the text.
     fn more(mut self, more: Text) -> Self {
         self.what = self.what.and(more);
         self
     }
 
-    /// With the faces, edges or vertices where it is.
+    /// Adds the faces, edges or vertices where it is.
     fn on(self, at: Vec<Spot>) -> Self {
         let more = text!(" on {}", Spot::list(&at));
         Explanation {
@@ -163,7 +163,7 @@ impl Explanation {
         }
     }
 
-    /// Is it about γ?
+    /// Does it concern γ?
     pub fn is_gamma(&self) -> bool {
         self.ingredient == Aspect::Gamma
     }
@@ -179,18 +179,18 @@ impl Findings {
         self.residual <= crate::run::RESIDUAL_TOLERANCE
     }
 
-    /// What explains the field, if anything does.
+    /// The explanation of the field, if there is one.
     pub fn culprit(&self) -> Option<&Explanation> {
         let first = self.explanations.first();
         first.filter(|e| e.accounts || e.is_iteration())
     }
 
-    /// Does another scheme, or the rounding of what was written, explain it?
+    /// Is it explained by another scheme, or by rounding in the file?
     pub fn is_of_scheme(&self) -> bool {
         self.culprit().is_some_and(|e| e.rank < Rank::Values)
     }
 
-    /// What is wrong where, in words after the name of the code.
+    /// The fault and its place, as text to follow the name of the code.
     pub fn sentence(&self) -> Text {
         let size = |error: f64| Number::new(error, 2);
         if self.solves() {
@@ -199,7 +199,7 @@ impl Findings {
         let fail = text!("{} of {} rows fail", self.failing, self.rows);
         if let Some(culprit) = self.culprit() {
             let others = self.explanations.iter().skip(1);
-            // An iteration is only what is left: γ by face, which supposes more, stands beside it.
+            // An iteration is the last resort: γ by face, which supposes more, is reported in addition.
             let is_iteration = culprit.is_iteration();
             let others = others.filter(|e| e.accounts && (e.rank == culprit.rank || is_iteration));
             let others = others.map(|e| text!("; or {}", &e.what));
@@ -248,7 +248,7 @@ impl Findings {
     }
 }
 
-/// What a term is called.
+/// The name of a term.
 pub fn name(term: Term) -> Text {
     match term {
         Term::Volume => text!("the volume term (∇u,∇v)"),

@@ -1,11 +1,11 @@
-//! Right values in another order: the dofs of a cell, or the cells.
+//! Finds right values in another order: of the dofs of a cell, or of the cells.
 
 use faceoff_fem::contact::Problem;
 
-/// Two values are one if they differ by less than this, relative to the largest.
+/// Two values are the same if they differ by less than this, relative to the largest.
 const SAME: f64 = 1e-8;
 
-/// Are the values of all cells right, but in one other order? `raw` and `known` have all local dofs of all cells.
+/// Are the values of all cells right except for one common permutation? `raw` and `known` have all local dofs of all cells.
 pub fn order(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String> {
     let space = &problem.space;
     let local = space.local_dofs;
@@ -13,7 +13,7 @@ pub fn order(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String> {
     if is_right(raw, known) {
         return None;
     }
-    // Dofs on vertices and on edges are not mixed up with each other.
+    // Dofs on vertices and on edges are not interchanged.
     let vertices = space.mesh.dim + 1;
     let groups = [0..vertices.min(local), vertices.min(local)..local];
     let fits = |place: usize, from: usize| {
@@ -32,7 +32,7 @@ pub fn order(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String> {
     ))
 }
 
-/// Are the values right, but at other places in each cell, or at other cells?
+/// Are the values right, but permuted in each cell, or among the cells?
 pub fn elsewhere(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String> {
     let local = problem.space.local_dofs;
     let same = same(known);
@@ -63,13 +63,13 @@ pub fn elsewhere(problem: &Problem, raw: &[f64], known: &[f64]) -> Option<String
         .then(|| "the values are right, but belong to other cells: keep the given order".into())
 }
 
-/// Are two of the values one?
+/// Are two values the same?
 fn same(known: &[f64]) -> impl Fn(f64, f64) -> bool {
     let largest = known.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     move |a, b| (a - b).abs() <= SAME * largest
 }
 
-/// Does each value stand where it should?
+/// Is each value in the right position?
 fn is_right(raw: &[f64], known: &[f64]) -> bool {
     let same = same(known);
     raw.iter().zip(known).all(|(a, b)| same(*a, *b))

@@ -1,4 +1,4 @@
-//! Where something is.
+//! The position of a fault in the mesh.
 
 use serde::Serialize;
 
@@ -8,19 +8,19 @@ use faceoff_fem::contact::Problem;
 /// A vertex, an edge or a face.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spot {
-    /// Those of it, ascending.
+    /// Its vertices, ascending.
     pub vertices: Vec<u32>,
-    /// Its centroid, as many coordinates as the mesh has.
+    /// Its centroid, with one coordinate per dimension of the mesh.
     pub midpoint: Vec<f64>,
     /// The largest backward error of a row there.
     pub error: f64,
 }
 
-/// So many places are named in words.
+/// The most places that a sentence names.
 const NAMED: usize = 3;
 
 impl Spot {
-    /// What carries a dof.
+    /// The entity that carries a dof.
     pub(super) fn of_dof(problem: &Problem, dof: usize, error: f64) -> Self {
         let space = &problem.space;
         Spot {
@@ -30,7 +30,7 @@ impl Spot {
         }
     }
 
-    /// A face; the error is that of the worst row of the cell behind it.
+    /// A face; the error is that of the worst row of the adjacent cell.
     pub(super) fn of_face(problem: &Problem, face: usize, errors: &[f64]) -> Self {
         let mesh = problem.space.mesh;
         let cell = mesh.face_cells(face)[0] as usize;
@@ -38,7 +38,7 @@ impl Spot {
         Spot {
             vertices: mesh.face(face).to_vec(),
             midpoint: mesh.face_midpoint(face)[..mesh.dim].to_vec(),
-            // What is not a number is the largest.
+            // NaN counts as the largest.
             error: rows
                 .map(|row| errors[*row as usize])
                 .max_by(|a, b| a.abs().total_cmp(&b.abs()))
@@ -62,7 +62,7 @@ impl Spot {
         format!("{kind} {:?}", self.vertices)
     }
 
-    /// The first of them by name, the rest by number.
+    /// The first of them by name, the rest by their number.
     pub(super) fn list(spots: &[Spot]) -> Text {
         let named = Text::joined(spots.iter().take(NAMED).map(Spot::words), ", ");
         match spots.len().saturating_sub(NAMED) {

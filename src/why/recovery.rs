@@ -1,4 +1,4 @@
-//! The changes of a scene's scheme as columns of a recovery: what each leaves is computed by assembling, none by solving.
+//! The changes of a scene's scheme as columns of a recovery: the remaining residual of each is computed by assembly, without solving.
 
 use super::dictionary::{Entry, Make};
 use super::local::functionals;
@@ -10,30 +10,30 @@ use faceoff_fem::contact::Term;
 use faceoff_form::judge::recovery::{Column, Recovered, Scheme, Trial, fitted, largest, recover};
 use faceoff_mesh::{cancel, parallel};
 
-/// Derivatives by numbers are differences over this part of their sizes.
+/// The relative step of finite differences.
 const STEP: f64 = 1e-3;
-/// A datum that changes no row by more is not felt.
+/// A change of a datum that changes no row by more has no effect.
 const FELT: f64 = 1e-11;
-/// u times less than this is nothing.
+/// u times less than this counts as zero.
 const LEAST: f64 = 1e-6;
-/// More changes at once are not looked for: each takes a problem of its own.
+/// The most changes at once: each needs a separate problem.
 const MOST: usize = 2;
 
-/// A scene's scheme, and the changes of it.
+/// A scene's scheme with its possible changes.
 pub(super) struct Changes<'a> {
     setup: &'a Setup,
     u: &'a [f64],
     wanted: Vec<f64>,
     scale: Vec<f64>,
     limit: f64,
-    /// Of contact faces, if they are few.
+    /// For contact faces, if they are few.
     functionals: Option<Vec<Vec<Vec<f64>>>>,
     entries: Vec<Entry>,
     columns: Vec<Column>,
 }
 
 impl<'a> Changes<'a> {
-    /// The entries that change a row, with what they add to each.
+    /// Keeps the entries that change a row, with their columns.
     pub fn new(search: &Search<'a>, entries: Vec<Entry>) -> Self {
         let mut all = Changes {
             setup: search.setup,
@@ -57,7 +57,7 @@ impl<'a> Changes<'a> {
         all
     }
 
-    /// What a change adds to the rows.
+    /// The contribution of a change to the rows.
     fn vector(&self, k: usize) -> Option<Vec<f64>> {
         let less = |a: &[f64], b: &[f64], by: f64| -> Vec<f64> {
             a.iter().zip(b).map(|(a, b)| (a - b) / by).collect()
@@ -73,7 +73,7 @@ impl<'a> Changes<'a> {
         Some(less(&low?, &high?, 2.0 * step))
     }
 
-    /// Those that explain u, and the others, what leaves least first.
+    /// The explanations of u, and the other changes, ordered by their remaining residual.
     pub fn explanations(&self) -> (Vec<Explanation>, Vec<Explanation>) {
         let Recovered { exact, singles } = recover(self, &self.wanted, self.limit, MOST);
         let those = exact.iter().map(|trial| self.explanation(trial));
@@ -81,7 +81,7 @@ impl<'a> Changes<'a> {
         let is_exact = |trial: &Trial| exact.iter().any(|other| other.of == trial.of);
         let others = singles.into_iter().filter(|trial| !is_exact(trial));
         let left = |mut trial: Trial| {
-            // Without a number there is nothing to be fitted.
+            // A change without a number has nothing to fit.
             if let [k] = trial.of[..]
                 && self.columns[k].is_whole
             {
@@ -141,8 +141,8 @@ impl Scheme for Changes<'_> {
         self.said(change, number).rank as usize
     }
 
-    /// Values that are scaled down to nothing solve any scheme whose data are; a datum that u does not feel may have any value; and what one
-    /// or two contact faces explain says nothing of a number on all of them.
+    /// Excludes trivial explanations: values that are scaled down to zero solve any scheme whose data are; a datum without effect on u may have any value; and a change that
+    /// one or two contact faces explain says nothing about a number on all of them.
     fn is_sound(&self, trial: &Trial) -> bool {
         let each = || trial.of.iter().copied().zip(trial.deltas.iter().copied());
         let is_of_values = |(k, number): (usize, f64)| match self.entries[k].make {
@@ -157,7 +157,7 @@ impl Scheme for Changes<'_> {
 }
 
 impl Changes<'_> {
-    /// What is left with changes, and with one more of the scheme.
+    /// The remaining residual with changes, and with one further change of the scheme.
     fn left_with(&self, changes: &[(usize, f64)], more: Option<&Variation>) -> Option<Vec<f64>> {
         cancel::check().ok()?;
         let (mut setup, mut by) = (self.setup.clone(), 1.0);
@@ -175,7 +175,7 @@ impl Changes<'_> {
         let is_whole = |(k, _): &(usize, f64)| self.entries[*k].make.is_whole();
         Some(match more.is_none() && changes.iter().all(is_whole) {
             true => left_in(&problem, &u),
-            // Numbers must not change what rows are measured by.
+            // The scale of the rows must not depend on numbers.
             false => {
                 let rows = weighted(&problem.residual(&u), &self.scale);
                 rows.iter().map(|row| -row).collect()
@@ -187,7 +187,7 @@ impl Changes<'_> {
         (self.entries[k].say)(number)
     }
 
-    /// Are two changes about one thing, of which one is a choice?
+    /// Do two changes concern the same thing, and is one of them a choice?
     fn is_double(&self, trial: &Trial) -> bool {
         let about = |k: &usize| self.said(*k, 1.0).ingredient;
         let is_choice = |k: &&usize| matches!(self.entries[**k].make, Make::Choice(_));
@@ -196,7 +196,7 @@ impl Changes<'_> {
         counts.any(|count| count > 1)
     }
 
-    /// Does a datum that is changed matter in the scheme with the changes?
+    /// Does a changed datum have an effect in the scheme with the changes?
     fn is_felt(&self, k: usize, trial: &Trial) -> bool {
         let datum = match (self.said(k, 1.0).ingredient, &self.entries[k].make) {
             (_, Make::Known(_)) => return true,
@@ -227,7 +227,7 @@ impl Changes<'_> {
         let (mut rest, mut count) = (self.wanted.clone(), 0);
         for (k, number) in trial.of.iter().zip(&trial.deltas) {
             let of_contact = self.said(*k, *number).term == Some(Term::Contact);
-            // A choice that happens to leave nothing in thirteen digits is none.
+            // A choice that leaves no residual in thirteen digits by chance does not count.
             match of_contact && !self.entries[*k].make.is_whole() {
                 true => count += 1,
                 false => {

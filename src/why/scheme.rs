@@ -1,4 +1,4 @@
-//! The scheme of a scene as a weak form: Nitsche's methods on CR, P1 and P2, in which every change that is known of forms is looked for.
+//! The scheme of a scene as a weak form, for Nitsche's methods on CR, P1 and P2; all changes that are known for forms are tried in it.
 
 use std::path::Path;
 
@@ -14,14 +14,14 @@ use faceoff_form::Problem as Form;
 use faceoff_form::judge::{Cause, Change, judge};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
-/// The parts of the boundary as the form calls them.
+/// The names of the boundary parts in the form.
 const PARTS: [(Part, &str, i64); 3] = [
     (Part::Contact, "C", 1),
     (Part::Dirichlet, "D", 2),
     (Part::Neumann, "N", 3),
 ];
 
-/// What u solves in place of the scheme, if changes of the form explain it.
+/// The form that u solves instead of the scheme, if changes of the form explain it.
 pub(super) fn explain(search: &Search) -> Option<Explanation> {
     let problem = &search.problem;
     let mesh = mesh(problem);
@@ -31,12 +31,12 @@ pub(super) fn explain(search: &Search) -> Option<Explanation> {
     let fields = vec![field];
     let result = Mesh { fields, ..cells };
     let mut judged = judge(&form, &mesh, &result, 0.0).ok()?;
-    // In the letters of the paper.
+    // In the notation of the paper.
     for (term, name) in judged.terms.iter_mut().zip(terms) {
         term.text = name;
     }
     let found = judged.explanation.as_ref();
-    // What is one of the values is looked for by the scene's own solver.
+    // Changes of the values are left to the scene's own solver.
     let is_of_values = |cause: &Cause| {
         use Change::{Exchanged, Stopped, Values};
         matches!(
@@ -53,7 +53,7 @@ pub(super) fn explain(search: &Search) -> Option<Explanation> {
         "it solves the scheme as if {}",
         names.sentence(&found.causes)
     );
-    // What is somewhere else supposes more than statuses that lag, or γ of a face.
+    // A local change supposes more than statuses that lag, or the γ of a face.
     let is_plain = found
         .causes
         .iter()
@@ -94,7 +94,7 @@ fn mesh(problem: &Problem) -> Mesh {
     mesh
 }
 
-/// The file of the form, (2.4) and (3.2) of the paper, and what its terms are called; none of another law, or of a rule that forms do not have.
+/// The file of the form, (2.4) and (3.2) of the paper, and the names of its terms; `None` for other laws, and for rules that forms do not have.
 fn form(problem: &Problem) -> Option<(String, Vec<String>)> {
     let (method, data) = (problem.method(), problem.scene.data());
     let Law::Nitsche(law) = method.law else {

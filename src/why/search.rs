@@ -1,4 +1,4 @@
-//! A field in the scheme: in which rows it fails, and what is left of them in a changed one.
+//! Substitutes a field into the scheme: finds the rows where it fails, and their residual in a changed scheme.
 
 use std::sync::Arc;
 
@@ -8,14 +8,14 @@ use crate::run::{Runner, Setup};
 use faceoff_fem::contact::{Problem, Rows, Term};
 use faceoff_mesh::error::Result;
 
-/// Terms that are part of up to this many times the fewest rows are as suspect.
+/// Terms that are part of up to this many times the fewest rows are equally suspect.
 const AS_FEW: f64 = 1.5;
 
 /// A field in a scheme.
 pub(super) struct Search<'a> {
     pub runner: &'a Runner<'a>,
     pub setup: &'a Setup,
-    /// Some of it is changed for a while, and restored.
+    /// Parts of it are changed temporarily, and restored.
     pub problem: Problem<'a>,
     pub u: &'a [f64],
     pub rows: Rows,
@@ -26,12 +26,12 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// What a change has to add to the rows: the residual with the other sign, over their sizes.
+    /// The contribution that a change must add to the rows: the negative residual relative to the sizes of the rows.
     pub fn wanted(&self) -> Vec<f64> {
         left(&self.rows)
     }
 
-    /// What the Rust engine answers; none where it does not.
+    /// The answer of the Rust engine; `None` if it has none.
     ///
     /// # Errors
     /// An interruption.
@@ -44,11 +44,11 @@ impl Search<'_> {
     }
 
     pub fn fails(&self, row: usize) -> bool {
-        // What is not a number fails.
+        // NaN fails.
         !(self.errors[row] <= self.limit)
     }
 
-    /// How far each term is part of the rows that fail.
+    /// For each term, in how many of the rows that fail it is.
     pub fn terms(&self) -> Vec<TermRows> {
         let problem = &self.problem;
         let count = self.u.len();
@@ -95,7 +95,7 @@ impl Search<'_> {
     }
 }
 
-/// What u leaves of a problem, with the other sign, over the sizes of rows.
+/// The negative residual of u in a problem, relative to the sizes of the rows.
 pub(super) fn left_in(problem: &Problem, u: &[f64]) -> Vec<f64> {
     left(&problem.rows(u))
 }

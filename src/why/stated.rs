@@ -1,4 +1,4 @@
-//! The linear system of a code in the form that it is to solve: which changed form its equations are those of.
+//! Compares the linear system of a code with the form: finds the changed form whose equations it contains.
 
 use serde::Serialize;
 
@@ -11,41 +11,41 @@ use faceoff_judge::systems::{Both, Settings, System};
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Mesh;
 
-/// The equations of a code in a form.
+/// The equations of a code in relation to a form.
 #[derive(Debug, Clone, Serialize)]
 pub struct Stated {
-    /// The code.
+    /// The name of the code.
     pub code: String,
-    /// Are its equations those of the form? Of a form that is not linear: is its residual that of the form at a state?
+    /// Are its equations those of the form? If the form is nonlinear: is its residual that of the form at a state?
     pub is_form: bool,
-    /// Of a form that is not linear: is its matrix the derivative of the form at that state?
+    /// If the form is nonlinear: is its matrix the derivative of the form at that state?
     #[serde(skip_serializing_if = "Option::is_none")]
     pub is_derivative: Option<bool>,
-    /// The largest difference of a row from that of the form, over its size.
+    /// The largest difference of a row from that of the form, relative to its size.
     pub left: f64,
-    /// The changes of the form that it states; empty where it states the form, or none is known.
+    /// The changes that turn the form into that of the code; empty if they are equal, or none is known.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub explanations: Vec<CauseTold>,
-    /// In words; empty where no such form is known.
+    /// The changes as text; empty if no such form is known.
     pub sentence: Text,
 }
 
 impl Stated {
-    /// Of a system whose dofs are those of a form.
+    /// Compares a system whose dofs are those of a form.
     ///
     /// # Errors
-    /// Dofs that are not those of the form; what [`equations`] refuses.
+    /// Dofs that are not those of the form; errors of [`equations`].
     pub fn new(problem: &Problem, mesh: &Mesh, system: &System) -> Result<Option<Self>> {
         let (matrix, load, dofs) = own::system(problem, mesh)?;
         let form = System::new("the form", matrix, load, dofs)?;
         let both = Both::new(&form, system)?;
-        // A code with more dofs than the form has is not one of it.
+        // A code with more dofs than the form does not solve it.
         if !std::ptr::eq(both.a, &form) {
             return Ok(None);
         }
         let count = both.is_held.len();
         let mut rows = vec![None; count];
-        // Of a form that is not linear the load is the residual at the state, and of any other the matrix has all there is to know.
+        // If the form is nonlinear, the load is the residual at the state; otherwise the matrix contains all information.
         let u = match problem.clone().is_linear() {
             false => {
                 let loads = &both.loads[1];
@@ -55,7 +55,7 @@ impl Stated {
                 own::state(&form.dofs)
             }
             true => {
-                // The golden ratio: no two are alike, and none is small.
+                // Multiples of the golden ratio modulo 1: no two are equal, and none is small.
                 let generic = |row: usize| 1.0 + (row as f64 * 0.618_033_988_749_895).fract();
                 let all = (0..count).map(|row| match both.is_held[row] {
                     true => [0.0, both.held(1, row)],
@@ -71,7 +71,7 @@ impl Stated {
         };
         let found = equations(problem, mesh, u, &rows)?;
         let compared = both.compare(&Settings::default())?;
-        // The rows of given dofs are not among those equations.
+        // The rows of prescribed dofs are not among those equations.
         let is_held_alike = compared.constrained.only == [0, 0] && compared.constrained.values == 0;
         let names = Names {
             problem,

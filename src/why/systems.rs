@@ -1,4 +1,4 @@
-//! Which equations of two linear systems differ, in words.
+//! Reports which equations of two linear systems differ.
 
 use serde::Serialize;
 
@@ -9,31 +9,31 @@ use faceoff_judge::systems::{Block, Both, Compared, Kept, Loads, Region, Setting
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Mesh, Triangulation};
 
-/// A residual is not rounding from here on.
+/// Residuals from this size on are not rounding.
 const UNSOLVED: f64 = 1e-9;
-/// A field is in the kernel if no row is left with more.
+/// A field is in the kernel if no row has a larger remainder.
 const NOTHING: f64 = 1e-10;
-/// Constants are told with so many digits.
+/// The number of digits of constants.
 const DIGITS: usize = 5;
 
-/// Two systems face to face.
+/// The comparison of two systems.
 #[derive(Debug, Clone, Serialize)]
 pub struct Systems {
-    /// In words, without a full stop.
+    /// The finding, without a full stop.
     pub sentence: Text,
-    /// What was found.
+    /// The comparison.
     #[serde(rename = "systems")]
     pub compared: Compared,
-    /// The terms by which the matrices differ, where that is a sum of few.
+    /// The terms by which the matrices differ, if the difference is a sum of few.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<OfTerm>,
-    /// The same of the loads.
+    /// The same for the loads.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub load_terms: Vec<OfTerm>,
 }
 
 impl Systems {
-    /// Of two systems; the mesh, where there is one, names places and has the volume.
+    /// Compares two systems; the mesh, if there is one, names places and gives the volume.
     ///
     /// # Errors
     /// Dofs that cannot be matched; [`faceoff_mesh::Error::Ended`].
@@ -52,7 +52,7 @@ impl Systems {
     /// The same with other settings.
     ///
     /// # Errors
-    /// As [`Systems::new`].
+    /// Errors of [`Systems::new`].
     pub fn with(a: &System, b: &System, mesh: Option<&Mesh>, settings: &Settings) -> Result<Self> {
         let both = Both::new(a, b)?;
         let compared = both.compare(settings)?;
@@ -70,16 +70,16 @@ impl Systems {
 }
 
 impl Systems {
-    /// What was found as JSON.
+    /// The comparison as JSON.
     ///
     /// # Errors
-    /// None but of numbers that JSON has not.
+    /// Numbers that JSON does not have.
     pub fn json(&self) -> Result<String> {
         serde_json::to_string(self).map_err(|e| Error::usage(e.to_string(), "report this"))
     }
 }
 
-/// All that differs, or that nothing does.
+/// All differences, or that there are none.
 pub fn sentence(of: &Compared, of_matrix: &[OfTerm], of_load: &[OfTerm]) -> Text {
     let (a, b) = (&of.a, &of.b);
     let mut parts: Vec<Text> = Vec::new();
@@ -90,7 +90,7 @@ pub fn sentence(of: &Compared, of_matrix: &[OfTerm], of_load: &[OfTerm]) -> Text
             .map(|block| matrix(of, block, of_matrix)),
     );
     let constrained = &of.constrained;
-    // Rows beside constrained ones differ as their values or the matrix do.
+    // Rows next to constrained ones differ if their values or the matrix do.
     let is_caused = |loads: &&Loads| {
         let has_matrix = of
             .matrix
@@ -167,7 +167,7 @@ fn told(x: f64) -> Number {
     }
 }
 
-/// What one has of each term, and the other.
+/// The coefficients of each term in both systems.
 fn by_terms(of: &Compared, field: &str, all: &[OfTerm]) -> Vec<Text> {
     let own = all.iter().filter(|term| term.of == field);
     own.map(|term| match term.a {
@@ -321,7 +321,7 @@ fn located(at: &Where) -> Text {
     let extent = (0..3)
         .map(|k| at.between[1][k] - at.between[0][k])
         .fold(0.0, f64::max);
-    // Coordinates that are 0 but for rounding.
+    // Coordinates that are 0 up to rounding.
     let plain = |x: [f64; 3]| x.map(|x| if x.abs() <= 1e-12 * extent { 0.0 } else { x });
     let [low, high] = at.between.map(plain);
     let dim = (0..3)

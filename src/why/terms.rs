@@ -1,6 +1,6 @@
-//! The difference of two linear systems as a sum of faceoff's own mass, stiffness, convection and boundary terms.
+//! Writes the difference of two linear systems as a sum of mass, stiffness, convection and boundary terms.
 //!
-//! The terms are those of a form that is put together here, on the mesh and in the space whose nodes the dofs are. A bilinear term T is seen through T w for
+//! The terms are those of a form that is built here, on the mesh and in the space whose nodes the dofs are. A bilinear term T is represented by T w for
 //! one vector w without any symmetry: D w = Σ δ T w has one solution with few δ, which the recovery of forms finds.
 
 use serde::Serialize;
@@ -12,31 +12,31 @@ use faceoff_judge::systems::{Both, Compared, System, matched};
 use faceoff_mesh::io::{Coordinates, DofTable};
 use faceoff_mesh::mesh::Mesh;
 
-/// What a row may keep of its size.
+/// The largest remainder of a row, relative to its size.
 const ROUNDING: f64 = 1e-12;
-/// Terms in one explanation.
+/// The most terms in one explanation.
 const MOST: usize = 4;
-/// Larger systems are not explained.
+/// The largest system that is explained.
 const ROWS: usize = 200_000;
 
-/// A term that one system has more of than the other.
+/// A term with different coefficients in the two systems.
 #[derive(Debug, Clone, Serialize)]
 pub struct OfTerm {
     /// The field.
     pub of: String,
-    /// In the language of forms, with u the field and v its test function.
+    /// The term in the language of forms, with u the field and v its test function.
     pub term: String,
-    /// What the second system has more of it.
+    /// The coefficient in the second system minus that in the first.
     pub more: f64,
-    /// What the first one has of it, where all of it is known as a sum of terms.
+    /// The coefficient in the first system, if all of it is known as a sum of terms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub a: Option<f64>,
 }
 
-/// Terms in the language of forms, each with how far-fetched it is.
+/// Terms in the language of forms, each with its cost in the recovery.
 type Texts = Vec<(String, usize)>;
 
-/// Own terms on the rows of one field.
+/// The terms assembled here, on the rows of one field.
 struct Terms {
     texts: Texts,
     columns: Vec<Column>,
@@ -109,20 +109,20 @@ pub fn terms(both: &Both<'_>, compared: &Compared, mesh: &Mesh) -> [Vec<OfTerm>;
     all
 }
 
-/// Own terms in the space of a field, matched with its rows.
+/// The terms assembled here in the space of a field, matched with its rows.
 struct Space {
     assembler: Assembler,
-    /// The rows of the field, and for each of them the own dof.
+    /// The rows of the field, and for each of them the dof here.
     rows: Vec<usize>,
     own: Vec<u32>,
-    /// What the own dofs are times those of the rows.
+    /// The factors of the dofs here relative to those of the rows.
     scale: Vec<f64>,
     bilinear: Texts,
     linear: Texts,
 }
 
 impl Space {
-    /// Of elements of this name; none if the rows are not their dofs.
+    /// For elements with this name; `None` if the rows are not their dofs.
     fn new(both: &Both<'_>, field: usize, mesh: &Mesh, element: &str) -> Option<Self> {
         let dofs = &both.a.dofs;
         let rows: Vec<usize> = (0..dofs.at.len())
@@ -194,7 +194,7 @@ impl Space {
         })
     }
 
-    /// F(w; ·) of each term, on the rows of the field over their sizes.
+    /// F(w; ·) of each term, on the rows of the field relative to their sizes.
     fn columns(
         &self,
         both: &Both<'_>,
@@ -227,7 +227,7 @@ impl Space {
         }
     }
 
-    /// What the matrices have of each term.
+    /// The coefficients of each term in the matrices.
     fn matrix(&self, both: &Both<'_>, name: &str) -> Vec<OfTerm> {
         let mut w = vec![0.0; both.is_held.len()];
         for (k, row) in self
@@ -236,7 +236,7 @@ impl Space {
             .enumerate()
             .filter(|(_, row)| !both.is_held[**row])
         {
-            // The golden ratio: no two are alike, and none is small.
+            // Multiples of the golden ratio modulo 1: no two are equal, and none is small.
             w[*row] = 1.0 + (k as f64 * 0.618_033_988_749_895).fract();
         }
         let [(a, size), (b, other)] = [0, 1].map(|which| both.times(which, &w));
@@ -253,7 +253,7 @@ impl Space {
         told(&terms, name, &more, &whole)
     }
 
-    /// What the loads have of each term.
+    /// The coefficients of each term in the loads.
     fn load(&self, both: &Both<'_>, name: &str) -> Vec<OfTerm> {
         let count = both.is_held.len();
         let most = self.rows.iter().filter(|row| !both.is_held[**row]);
@@ -281,7 +281,7 @@ impl Space {
     }
 }
 
-/// Over the size of the row; 0 in constrained rows.
+/// Relative to the size of the row; 0 in constrained rows.
 fn over(both: &Both<'_>, row: usize, value: f64, sizes: &[f64]) -> f64 {
     match both.is_held[row] || sizes[row] == 0.0 {
         true => 0.0,
@@ -300,7 +300,7 @@ fn told(terms: &Terms, name: &str, more: &[f64], whole: &[f64]) -> Vec<OfTerm> {
     let whole = find(whole, 2 * MOST);
     let each = found.of.iter().zip(&found.deltas);
     each.map(|(k, delta)| {
-        // A multiple that is no more than rounding in any row is 0.
+        // A multiple that is at most rounding in every row is 0.
         let most = largest(&terms.columns[*k].vector);
         let plain = |x: f64| {
             if x.abs() * most <= 10.0 * ROUNDING {
@@ -327,7 +327,7 @@ fn told(terms: &Terms, name: &str, more: &[f64], whole: &[f64]) -> Vec<OfTerm> {
     .collect()
 }
 
-/// Bilinear and linear terms, each with how far-fetched it is.
+/// Bilinear and linear terms, each with its cost in the recovery.
 fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Texts, Texts) {
     let mut bilinear: Texts = Vec::new();
     let mut linear: Texts = Vec::new();
@@ -385,7 +385,7 @@ fn texts(dim: usize, is_vector: bool, groups: &[&str]) -> (Texts, Texts) {
     (bilinear, linear)
 }
 
-/// The same of lowest-order Raviart–Thomas, or else Nédélec, elements.
+/// The same for lowest-order Raviart–Thomas, or else Nédélec, elements.
 fn of_moments(dim: usize, is_normal: bool, groups: &[&str]) -> (Texts, Texts) {
     let mut bilinear = vec![("dot(u, v)*dx".to_owned(), 0)];
     bilinear.push(match (is_normal, dim) {
@@ -414,7 +414,7 @@ fn of_moments(dim: usize, is_normal: bool, groups: &[&str]) -> (Texts, Texts) {
     (bilinear, linear)
 }
 
-/// The same of piecewise constants.
+/// The same for piecewise constants.
 fn of_constants() -> (Texts, Texts) {
     (vec![("u*v*dx".into(), 0)], vec![("v*dx".into(), 0)])
 }
