@@ -138,7 +138,7 @@ fn a_ball_on_a_plane_has_the_pressure_of_hertz() {
 fn extremes_and_ranges_are_swept() {
     let folder = folder();
     let at = folder.path();
-    let words = "stress elastic-transition contact-patch friction-patch --methods cr --json o.json --report page";
+    let words = "stress elastic-transition contact-patch --methods cr --json o.json --report page";
     let ran = run(at, &words.split(' ').collect::<Vec<_>>());
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     assert_valid(
@@ -153,10 +153,27 @@ fn extremes_and_ranges_are_swept() {
         "elastic-transition-cr over nu",
         "elastic-transition-cr of height 0.02",
         "contact-patch-cr over E",
-        "friction-patch-cr over q",
     ] {
         assert!(names.contains(&name), "{names:?}");
     }
+    // With a coefficient of 10, which Coulomb's problem need not have a solution for, Newton's method does not converge on every mesh, and that is no agreement.
+    let words = "stress friction-patch --methods cr --families friction --json o.json";
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
+    let told = read(at);
+    let points = told["face_offs"][0]["sweep"]["points"].as_array().unwrap();
+    let verdicts: Vec<_> = points
+        .iter()
+        .map(|of| (&of["at"]["q"], &of["verdict"]))
+        .collect();
+    for (point, q) in points.iter().zip(["0", "0.1", "1"]) {
+        assert_eq!(
+            (&point["at"]["q"], &point["verdict"]),
+            (&q.into(), &"agree".into()),
+            "{verdicts:?}"
+        );
+    }
+    assert_eq!(points[3]["verdict"], "undetermined", "{verdicts:?}");
     // P1 locks, which is found: on meshes with all diagonals in one direction.
     write(at, "diagonal.msh", &diagonals(4));
     let from = "generator = \"union-jack\"\nn = [8, 16, 32]";
