@@ -1,9 +1,10 @@
 //! Weak forms by this program and by dolfinx, in one run: assembling the matrix and the vector beside the compiled kernels of dolfinx, and
-//! Newton's method beside that of dolfinx with MUMPS.
+//! Newton's method beside those of dolfinx with MUMPS and FreeFEM with UMFPACK.
 //!
 //! ```sh
 //! cargo bench --bench forms
 //! cargo bench --bench forms -- --quick
+//! cargo bench --bench forms -- --only contact --n 64
 //! ```
 //!
 //! Each code has a process of its own; what is timed is repeated, and the shortest time counts. Reading the mesh, compiling forms, patterns
@@ -28,6 +29,12 @@ struct Arguments {
     /// Small meshes: does it run?
     #[arg(long)]
     quick: bool,
+    /// Only rows with this in their names
+    #[arg(long, default_value = "")]
+    only: String,
+    /// The refinement of all meshes
+    #[arg(long)]
+    n: Option<usize>,
     /// Time this row by this program alone
     #[arg(long, hide = true)]
     own: Option<usize>,
@@ -45,7 +52,7 @@ struct Row {
     text: &'static str,
 }
 
-const ROWS: [Row; 6] = [
+const ROWS: [Row; 8] = [
     Row {
         name: "assemble P1 Laplace",
         dim: 2,
@@ -90,11 +97,31 @@ const ROWS: [Row; 6] = [
         is_solved: true,
         text: "[spaces]\nu = \"P2^3\"\n[form]\nF = \"2*inner(sym(grad(u)), sym(grad(v)))*dx + 1.5*div(u)*div(v)*dx - v[2]*dx\"\ndegree = 2\n[dirichlet]\nleft = [0, 0, 0]\n",
     },
+    Row {
+        name: "solve contact in elasticity, CR, 2D",
+        dim: 2,
+        n: [512, 8],
+        is_solved: true,
+        text: "[spaces]\nu = \"CR^2\"\n[parameters]\ngamma0 = 100.0\nbeta = 10.0\n[definitions]\n\
+               \"sigma(w)\" = \"0.8*sym(grad(w)) + 0.6*div(w)*Identity(2)\"\n\"sigma_n(w)\" = \"dot(n, dot(sigma(w), n))\"\ngamma = \"gamma0*h/1.4\"\n\
+               [data]\npsi = \"0.05*x\"\n[form]\nF = \"inner(sigma(u), sym(grad(v)))*dx + 0.8*beta/facet_length*dot(jump(u), jump(v))*dS\
+               - sigma_n(u)*dot(v, n)*ds(bottom) + max(dot(u, n) - psi, gamma*sigma_n(u))*sigma_n(v)*ds(bottom)\"\n[dirichlet]\ntop = [0, -0.1]\n",
+    },
+    Row {
+        name: "solve contact in elasticity, CR, 3D",
+        dim: 3,
+        n: [24, 2],
+        is_solved: true,
+        text: "[spaces]\nu = \"CR^3\"\n[parameters]\ngamma0 = 100.0\nbeta = 10.0\n[definitions]\n\
+               \"sigma(w)\" = \"0.8*sym(grad(w)) + 0.6*div(w)*Identity(3)\"\n\"sigma_n(w)\" = \"dot(n, dot(sigma(w), n))\"\ngamma = \"gamma0*h/1.4\"\n\
+               [data]\npsi = \"0.05*x\"\n[form]\nF = \"inner(sigma(u), sym(grad(v)))*dx + 0.8*beta/facet_length*dot(jump(u), jump(v))*dS\
+               - sigma_n(u)*dot(v, n)*ds(bottom) + max(dot(u, n) - psi, gamma*sigma_n(u))*sigma_n(v)*ds(bottom)\"\n[dirichlet]\ntop = [0, 0, -0.1]\n",
+    },
 ];
 
 impl Row {
-    fn mesh(&self, quick: bool) -> Mesh {
-        let n = self.n[usize::from(quick)];
+    fn mesh(&self, how: &Arguments) -> Mesh {
+        let n = how.n.unwrap_or(self.n[usize::from(how.quick)]);
         match self.dim {
             2 => union_jack(n, [1.0, 1.0]),
             _ => union_cube(n, [1.0; 3]),
@@ -122,8 +149,8 @@ fn shortest(mut run: impl FnMut() -> Outcome<()>) -> Outcome<f64> {
     Ok(least)
 }
 
-fn own(row: &Row, quick: bool) -> Outcome<f64> {
-    let mesh = row.mesh(quick);
+fn own(row: &Row, how: &Arguments) -> Outcome<f64> {
+    let mesh = row.mesh(how);
     let problem = row.problem(&mesh)?;
     if row.is_solved {
         return shortest(|| {
@@ -168,12 +195,16 @@ print("TIME", least)
 "#;
 
 /// In seconds; what the script says where it fails.
-fn dolfinx(row: &Row, quick: bool) -> Outcome<f64> {
-    let mesh = row.mesh(quick);
+fn dolfinx(row: &Row, how: &Arguments) -> Outcome<f64> {
+    let mesh = row.mesh(how);
     let problem = row.problem(&mesh)?;
     let code = Code::of_name("dolfinx").ok_or("no dolfinx")?;
     let script = code.script(&problem)?;
-    let newton = script.find("held = np.unique").ok_or("another script")?;
+    let newton = match row.is_solved {
+        true => script.find("# Newton's method."),
+        false => script.find("held = np.unique"),
+    };
+    let newton = newton.ok_or("another script")?;
     let (before, after) = script.split_at(newton);
     let script = match row.is_solved {
         // The forms are compiled before.
@@ -191,11 +222,40 @@ fn dolfinx(row: &Row, quick: bool) -> Outcome<f64> {
             format!("{}{ASSEMBLE}", &before[..at])
         }
     };
+    told(code, &problem, &mesh, &script)
+}
+
+/// Newton's method of FreeFEM, in seconds; why there is none.
+fn freefem(row: &Row, how: &Arguments) -> Outcome<f64> {
+    if !row.is_solved {
+        return Err("–".into());
+    }
+    let mesh = row.mesh(how);
+    let problem = row.problem(&mesh)?;
+    let code = Code::of_name("freefem").ok_or("no FreeFEM")?;
+    let script = code.script(&problem)?;
+    let begin = script.find("// Newton's method.").ok_or("another script")?;
+    let (before, after) = script.split_at(begin);
+    let end = after.find("if (!done)").ok_or("another script")?;
+    let (newton, rest) = after.split_at(end);
+    let script = format!(
+        "{before}\nreal began = clock();\n{newton}\ncout << \"\\nTIME \" << clock() - began << endl;\n{rest}"
+    );
+    told(code, &problem, &mesh, &script)
+}
+
+/// The time that a script says, or its last line where it fails.
+fn told(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Outcome<f64> {
     let folder = tempfile::tempdir()?;
-    let path = folder.path().join(code.file(&problem));
+    let path = folder.path().join(code.file(problem));
     std::fs::write(&path, script)?;
-    code.write_mesh(folder.path(), &problem, &mesh)?;
+    code.write_mesh(folder.path(), problem, mesh)?;
     let ran = Command::new(code.command[0])
+        .args(if code.name == "freefem" {
+            &["-v", "0"][..]
+        } else {
+            &[]
+        })
         .arg(&path)
         .env("OMP_NUM_THREADS", "1")
         .current_dir(folder.path())
@@ -215,22 +275,27 @@ fn dolfinx(row: &Row, quick: bool) -> Outcome<f64> {
 fn main() -> Outcome<()> {
     let arguments = Arguments::parse();
     if let Some(row) = arguments.own {
-        println!("{}", own(&ROWS[row], arguments.quick)?);
+        println!("{}", own(&ROWS[row], &arguments)?);
         return Ok(());
     }
     if !arguments.bench && !arguments.quick {
+        let small = Arguments {
+            quick: true,
+            ..arguments
+        };
         for row in &ROWS {
-            own(row, true)?;
+            own(row, &small)?;
         }
         return Ok(());
     }
     println!(
-        "{:<34}{:>10}{:>12}{:>12}{:>12}{:>9}",
-        "seconds", "cells", "1 thread", "all cores", "dolfinx", "ratio"
+        "{:<36}{:>10}{:>12}{:>12}{:>12}{:>12}{:>9}",
+        "seconds", "cells", "1 thread", "all cores", "FreeFEM", "dolfinx", "ratio"
     );
-    for (k, row) in ROWS.iter().enumerate() {
+    let rows = ROWS.iter().enumerate();
+    for (k, row) in rows.filter(|(_, row)| row.name.contains(&arguments.only)) {
         let cells = row
-            .mesh(arguments.quick)
+            .mesh(&arguments)
             .cells()
             .filter(|(_, kind, _)| usize::from(kind.dim()) == row.dim)
             .count();
@@ -238,18 +303,28 @@ fn main() -> Outcome<()> {
             let mut command = Command::new(std::env::current_exe()?);
             command.arg("--own").arg(k.to_string());
             command.args(arguments.quick.then_some("--quick"));
+            command.args(
+                arguments
+                    .n
+                    .iter()
+                    .flat_map(|n| ["--n".to_owned(), n.to_string()]),
+            );
             command.envs(threads.map(|n| ("RAYON_NUM_THREADS", n)));
             Ok(String::from_utf8(command.output()?.stdout)?
                 .trim()
                 .parse()?)
         };
         let (one, all) = (with(Some("1"))?, with(None)?);
-        let (theirs, ratio) = match dolfinx(row, arguments.quick) {
+        let of_freefem = match freefem(row, &arguments) {
+            Ok(time) => format!("{time:.4}"),
+            Err(why) => why.to_string(),
+        };
+        let (theirs, ratio) = match dolfinx(row, &arguments) {
             Ok(time) => (format!("{time:.4}"), format!("{:.2}", time / one)),
             Err(why) => (why.to_string(), String::new()),
         };
         println!(
-            "{:<34}{cells:>10}{one:>12.4}{all:>12.4}{theirs:>12}{ratio:>9}",
+            "{:<36}{cells:>10}{one:>12.4}{all:>12.4}{of_freefem:>12}{theirs:>12}{ratio:>9}",
             row.name
         );
     }
