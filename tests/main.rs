@@ -11,6 +11,7 @@ mod compare;
 mod cubes;
 mod docs;
 mod eigen;
+mod eigen_spaces;
 mod elastic;
 mod elastic_scripts;
 mod ending;
