@@ -265,7 +265,7 @@ fn what_is_no_result_of_the_form_is_not_judged() {
     other("coarse.toml", "n = [4, 8, 16]", "n = 2");
     let cases = [
         ("other.vtu", "poisson.toml", "no field `u`"),
-        (&found, "linear.toml", "is no function of P1"),
+        (&found, "linear.toml", "is not a function of P1"),
         (
             &found,
             "coarse.toml",

@@ -330,8 +330,8 @@ mod tests {
         let earlier = r#"{"schema":"faceoff/journal/1","of":{"machine":"A"}}"#.to_owned() + "\n";
         let of = json!({"machine": "A"});
         for (text, sentence) in [
-            ("mine", "no journal"),
-            ("mine\nand mine", "no journal"),
+            ("mine", "not a journal"),
+            ("mine\nand mine", "not a journal"),
             (&earlier, "another version"),
             (&foreign, "machine was \"B\" and is \"A\""),
         ] {

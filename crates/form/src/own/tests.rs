@@ -181,7 +181,7 @@ fn a_field_that_jumps_is_no_continuous_function() {
     field.values = Values::F64(numbers.into());
     let refused = judge(&problem, &mesh, &result, unit).unwrap_err();
     assert!(
-        refused.to_string().contains("is no function of P1"),
+        refused.to_string().contains("is not a function of P1"),
         "{refused}"
     );
     // For numbers with seven digits that is rounding.
