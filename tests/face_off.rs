@@ -180,7 +180,7 @@ fn what_cannot_be_judged_is_told_in_a_sentence() {
     );
     refused(&file("[\"cp\", \"{mesh}\"]", ""), "`{mesh}`");
     refused(&file("[]", ""), "its command is empty");
-    refused(&file(&copy("u.csv"), "rtol = -1"), "-1 is no tolerance");
+    refused(&file(&copy("u.csv"), "rtol = -1"), "-1 is not a tolerance");
     let of_number = "exact = \"x\"\nexact_rtol = 1e-3";
     refused(
         &file(&copy("u.csv"), of_number),

@@ -315,7 +315,7 @@ fn bad_requests_are_refused_in_words() {
         ),
         (&["paper", "--n", "32,16"], "do not rise"),
         (&["paper", "--n", "16,16"], "do not rise"),
-        (&["paper", "--n", "16"], "one mesh alone"),
+        (&["paper", "--n", "16"], "a single mesh"),
         (&["paper", "--fine", "250"], "multiple of 4"),
         (
             &["paper", "--n", "4,8", "--fine", "8", "--report", "work"],
@@ -323,11 +323,11 @@ fn bad_requests_are_refused_in_words() {
         ),
         (
             &["paper", "--n", "4,8", "--fine", "8", "--report", "file"],
-            "no folder",
+            "not a folder",
         ),
         (&["orders", "plate"], "its solution is not known"),
         (&["orders", "no-such-scene"], "there is no scene"),
-        (&["orders", "--n", "16"], "one mesh alone"),
+        (&["orders", "--n", "16"], "a single mesh"),
         (&["orders", "--n", "32,16"], "do not rise"),
     ] {
         let ran = run(folder.path(), words);
