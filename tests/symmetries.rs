@@ -97,7 +97,7 @@ fn symmetries_that_cannot_be_judged_are_refused() {
     let folder = folder();
     let at = folder.path();
     for (name, says) in [
-        ("mirored", "did you mean `mirrored`"),
+        ("mirroredd", "did you mean `mirrored`"),
         ("scaled", "`scaled` is no symmetry that data may have"),
     ] {
         scripts(at, "", &format!("symmetries = [\"{name}\"]\n"));

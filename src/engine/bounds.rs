@@ -230,14 +230,19 @@ mod tests {
                 .map(|id| of(id).rsplit(") ").next().unwrap().chars().next().unwrap())
                 .collect()
         };
-        let begun = Instant::now();
-        while states() != "SSSSS" && begun.elapsed() < Duration::from_secs(20) {
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        // A signal is delivered when the process has its turn.
+        let until = |wanted: &dyn Fn(&str) -> bool| {
+            let begun = Instant::now();
+            while !wanted(&states()) {
+                assert!(begun.elapsed() < Duration::from_secs(60), "{}", states());
+                std::thread::sleep(Duration::from_millis(10));
+            }
+        };
+        until(&|states| states == "SSSSS");
         assert!(!has_more(shell.id(), 5));
-        assert!(!states().contains('T'), "{}", states());
+        until(&|states| states == "SSSSS");
         assert!(has_more(shell.id(), 4));
-        assert_eq!(states(), "TTTTT");
+        until(&|states| states == "TTTTT");
         for id in machine::below(shell.id()).keys() {
             let id = nix::unistd::Pid::from_raw(*id as i32);
             nix::sys::signal::kill(id, nix::sys::signal::Signal::SIGKILL).unwrap();

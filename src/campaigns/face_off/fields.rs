@@ -153,7 +153,11 @@ pub(super) fn over_times(
 
 /// A field on facets is also equal to rounding where its difference is no larger than such a difference of the dofs makes it.
 fn to_rounding<'a>(asked: &'a Asked, of: [&Left; 2]) -> Cow<'a, Asked> {
-    let scale = |left: &Left| Some(left.on_facets.get(&asked.name)?.as_ref().ok()?.scale);
+    let scale = |left: &Left| {
+        let facets = left.on_facets.get(&asked.name)?.as_ref().ok()?;
+        // With an infinite one everything would be rounding.
+        facets.scale.is_finite().then_some(facets.scale)
+    };
     let [Some(a), Some(b)] = of.map(scale) else {
         return Cow::Borrowed(asked);
     };

@@ -336,10 +336,13 @@ pub fn face_off(of: &FaceOff, how: &Running, progress: &dyn Progress) -> Result<
         });
     }
     let mut shown = None;
-    // A single code is judged only by what is known.
+    // A single code is judged only by what is known; numbers that may be anything are reported.
     let is_judged = |asked: &&Asked| {
-        let is_field = !asked.is_number && !asked.exact.is_empty();
-        players.len() > 1 || is_field || asked.exact_rtol.is_some()
+        let is_known = match asked.is_number {
+            true => asked.exact_rtol.is_some() || asked.rtol >= 1.0,
+            false => !asked.exact.is_empty(),
+        };
+        players.len() > 1 || is_known
     };
     let judge = |asked| fields::judge(&players, asked, &rungs, &mut shown);
     let fields = of.fields.iter().filter(is_judged).map(judge);

@@ -275,7 +275,7 @@ impl Asked {
 
 /// Two lists of eigenvalues.
 fn of_values(asked: &Spectrum, a: &[f64], b: &[f64], row: OfSpectra) -> OfSpectra {
-    let matched = match_spectra(a, b);
+    let matched = match_spectra(a, b, row.tolerance);
     let values: Vec<[f64; 2]> = matched.pairs.iter().map(|[i, j]| [a[*i], b[*j]]).collect();
     let far = |[x, y]: &[f64; 2]| relative(*x, *y);
     let worst = values.iter().max_by(|p, q| far(p).total_cmp(&far(q)));
@@ -390,7 +390,7 @@ fn compared(asked: &Spectrum, a: &Found, b: &Found, row: OfSpectra) -> Result<Of
         Err(error) => return failed(row, error),
     };
     row.assurance = modes.assurance();
-    let pairs = match_spectra(&a.values, &b.values).pairs;
+    let pairs = match_spectra(&a.values, &b.values, asked.rtol).pairs;
     let of_a: Vec<f64> = pairs.iter().map(|[i, _]| a.values[*i]).collect();
     let runs = clusters(&of_a, asked.cluster);
     let spaces: Vec<[Vec<usize>; 2]> = runs

@@ -284,7 +284,8 @@ pub fn symmetric(
         return Ok(found);
     }
     // Integrals may be 0 but for rounding.
-    let is_field = |name: &str| outcome.fields.iter().any(|of| of.field == name);
+    let integrals = drawn.invariants();
+    let is_field = |of: &str| !integrals.iter().any(|(name, _)| *name == of);
     let rows = outcome.symmetries.iter().flat_map(|of| &of.rows);
     let rows = rows.filter(|row| is_field(&row.of));
     let mut suspects: Vec<Suspect> = Vec::new();
