@@ -108,7 +108,7 @@ pub fn first_at_place(points: &[[f64; 3]]) -> Result<Vec<u32>> {
     Ok(of.collect())
 }
 
-/// For each point of `a` the point of `b` at its place; [`NOWHERE`] if there is none, or if either side has several.
+/// For each point of `a` the point of `b` at its place; `NOWHERE` if there is none, or if either side has several.
 ///
 /// # Errors
 /// [`faceoff_mesh::Error::Ended`].
