@@ -22,20 +22,22 @@ fn scene(at: &Path, name: &str, from: &str, to: &str) -> String {
     file
 }
 
+/// What a command reports that ends with agreement, in valid JSON.
+fn agreed(at: &Path, words: &str) -> Value {
+    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let json = at.join("o.json");
+    assert_valid("json", "src/report/schema/face-offs-1.json", &json);
+    read(at)
+}
+
 #[test]
 fn three_codes_agree_on_every_scene() {
     let folder = folder();
     let at = folder.path();
     let words = "verify elastic-transition contact-patch hertz-line --methods cr --n 2 --json o.json --report page --junit j.xml";
-    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
-    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
-    assert_valid(
-        "json",
-        "src/report/schema/face-offs-1.json",
-        &at.join("o.json"),
-    );
+    let told = agreed(at, words);
     assert_valid("xsd", "tests/junit.xsd", &at.join("j.xml"));
-    let told = read(at);
     let all = told["face_offs"].as_array().unwrap();
     let names: Vec<&str> = all.iter().map(|of| of["name"].as_str().unwrap()).collect();
     assert_eq!(
@@ -139,14 +141,7 @@ fn extremes_and_ranges_are_swept() {
     let folder = folder();
     let at = folder.path();
     let words = "stress elastic-transition contact-patch --methods cr --json o.json --report page";
-    let ran = run(at, &words.split(' ').collect::<Vec<_>>());
-    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
-    assert_valid(
-        "json",
-        "src/report/schema/face-offs-1.json",
-        &at.join("o.json"),
-    );
-    let told = read(at);
+    let told = agreed(at, words);
     let all = told["face_offs"].as_array().unwrap();
     let names: Vec<&str> = all.iter().map(|of| of["name"].as_str().unwrap()).collect();
     for name in [

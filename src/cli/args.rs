@@ -1,6 +1,7 @@
 //! The arguments, as clap parses them.
 
 mod campaigns;
+mod engines;
 mod mesh;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 pub(super) use campaigns::{Hunt, Matrix, Orders, Paper, Stress, Study};
+pub(super) use engines::{Engines, EnginesAction, INSTALLED};
 pub(super) use mesh::{Form, Mesh, MeshAction};
 
 use super::words::{
@@ -654,47 +656,6 @@ pub(super) struct Solve {
     pub running: Running,
     #[command(flatten)]
     pub output: Output,
-}
-
-#[derive(Args)]
-pub(super) struct Engines {
-    #[command(subcommand)]
-    pub action: Option<EnginesAction>,
-    #[command(flatten)]
-    pub output: Output,
-}
-
-/// Everything that `engines install` can install.
-pub(super) const INSTALLED: [&str; 3] = ["freefem", "fenicsx", "meshio"];
-
-#[derive(Subcommand)]
-pub(super) enum EnginesAction {
-    /// Install missing codes: FreeFEM and dolfinx by apt, meshio into a private environment
-    Install {
-        /// The codes to install [default: all]
-        #[arg(value_parser = INSTALLED)]
-        what: Vec<String>,
-    },
-    /// Run a code on small cases with known answers, and report its errors
-    ///
-    /// Exit code: 0 all correct, 1 something is wrong, 2 something has no answer.
-    Check {
-        /// A TOML file that describes an engine, or the name of one that is built in
-        #[arg(value_name = "FILE")]
-        engine: String,
-        /// Only the checks whose subject contains this, as in "Γ_N" or "3D"
-        #[arg(
-            long,
-            value_name = "TEXT",
-            default_value = "",
-            hide_default_value = true
-        )]
-        about: String,
-        #[command(flatten)]
-        verdicts: Verdicts,
-        #[command(flatten)]
-        output: Output,
-    },
 }
 
 #[cfg(test)]

@@ -22,6 +22,7 @@
 //!
 //! A form file has `[form]` instead of commands: the codes that it uses get their scripts from the form.
 
+mod asked;
 mod code;
 mod form;
 mod formula;

@@ -190,14 +190,7 @@ impl Assembler {
         let work = &self.works[integral];
         let mut scratch = Scratch::default();
         for entities in work.batches(&work.entities) {
-            let batch = Batch {
-                problem: &self.problem,
-                mesh: &self.mesh,
-                dofs: &self.dofs,
-                work,
-                entities,
-            };
-            batch.run(state, &mut scratch, true);
+            self.batch(work, entities).run(state, &mut scratch, true);
             let facet = work.placements[usize::from(entities[0].places[0])].facet;
             let n = entities.len();
             for (c, entity) in entities.iter().enumerate() {
@@ -215,6 +208,17 @@ impl Assembler {
                 let cell = entity.cells[0] as usize;
                 with(self.mesh.cell_faces(cell)[facet] as usize, sum, change);
             }
+        }
+    }
+
+    /// Entities of one integral, which are evaluated together.
+    fn batch<'a>(&'a self, work: &'a Work, entities: &'a [Entity]) -> Batch<'a> {
+        Batch {
+            problem: &self.problem,
+            mesh: &self.mesh,
+            dofs: &self.dofs,
+            work,
+            entities,
         }
     }
 
@@ -261,13 +265,7 @@ impl Assembler {
             for (_, (work, entities)) in works.filter(|(k, _)| is_wanted(*k)) {
                 scratch.products.clear();
                 for entities in work.batches(entities) {
-                    let batch = Batch {
-                        problem: &self.problem,
-                        mesh: &self.mesh,
-                        dofs: &self.dofs,
-                        work,
-                        entities,
-                    };
+                    let batch = self.batch(work, entities);
                     batch.run(state, &mut scratch, is_matrix);
                     self.scatter(&batch, &scratch, &mut own);
                 }
