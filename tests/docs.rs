@@ -397,7 +397,7 @@ fn editors_know_what_files_hold() {
         let file = folder.path().join("a.toml");
         fs::write(&file, text.replacen(from, to, 1)).unwrap();
         let refused = validated("toml", schema(text), &file);
-        assert_eq!(refused.code, Some(1), "{to}");
+        assert!(refused.starts_with("ValidationError"), "{to}: {refused}");
         let ran = run(folder.path(), &["verify", "a.toml", "--n", "4"]);
         assert_eq!(ran.code, Some(2), "{to}: {}", ran.stdout);
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use super::job::{self, Files};
 use super::process::find_in_path;
@@ -48,8 +48,14 @@ pub(super) fn folder_of(python: &Path, module: &str) -> Option<PathBuf> {
 }
 
 /// The file of a module that this Python can import. Looks for it without loading it, and in the root folder, as Python takes modules
-/// from the folder where it is started, which may be untrusted.
+/// from the folder where it is started, which may be untrusted. What was found is asked for once, since each answer starts a process.
 fn origin(python: &Path, module: &str) -> Option<String> {
+    static FOUND: Mutex<BTreeMap<(PathBuf, String), String>> = Mutex::new(BTreeMap::new());
+    let found = || FOUND.lock().unwrap_or_else(PoisonError::into_inner);
+    let asked = (python.to_owned(), module.to_owned());
+    if let Some(known) = found().get(&asked) {
+        return Some(known.clone());
+    }
     let question =
         format!("import importlib.util; print(importlib.util.find_spec('{module}').origin)");
     let output = Command::new(python)
@@ -59,7 +65,9 @@ fn origin(python: &Path, module: &str) -> Option<String> {
         .output();
     let output = output.ok().filter(|output| output.status.success())?;
     let told = String::from_utf8(output.stdout).ok()?;
-    Some(told.lines().last().unwrap_or_default().to_owned())
+    let told = told.lines().last().unwrap_or_default().to_owned();
+    found().insert(asked, told.clone());
+    Some(told)
 }
 
 fn missing() -> Error {

@@ -1,8 +1,10 @@
 //! What the tests share: running the program, and reading what it says.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output};
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -85,20 +87,31 @@ pub fn interrupt(child: &Child) {
 
 /// Holds a file against a schema of the repository.
 pub fn assert_valid(kind: &str, schema: &str, file: &Path) {
-    let ran = validated(kind, schema, file);
-    assert_eq!(ran.code, Some(0), "{}: {}", file.display(), ran.stderr);
+    let wrong = validated(kind, schema, file);
+    assert_eq!(wrong, "", "{}", file.display());
 }
 
-/// What the validator says of a file: exit code 0, or 1 and why.
-pub fn validated(kind: &str, schema: &str, file: &Path) -> Ran {
-    let python = source("target/python/bin/python3");
-    told(
-        Command::new(python)
+/// What the validator says is wrong in a file: nothing, or the kind of error and why.
+pub fn validated(kind: &str, schema: &str, file: &Path) -> String {
+    static VALIDATOR: Mutex<Option<(Child, BufReader<ChildStdout>)>> = Mutex::new(None);
+    let mut held = VALIDATOR.lock().unwrap_or_else(PoisonError::into_inner);
+    let (process, told) = held.get_or_insert_with(|| {
+        let mut process = Command::new(source("target/python/bin/python3"))
             .arg(source("tests/schemas.py"))
-            .args([kind.as_ref(), source(schema).as_os_str(), file.as_os_str()])
-            .output()
-            .expect("a Python with jsonschema and lxml: use tests/run"),
-    )
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("a Python with jsonschema and lxml: use tests/run");
+        let told = BufReader::new(process.stdout.take().expect("a pipe"));
+        (process, told)
+    });
+    let (schema, file) = (source(schema), file.display());
+    let input = process.stdin.as_mut().expect("a pipe");
+    writeln!(input, "{kind}\t{}\t{file}", schema.display()).expect("it waits for files");
+    let mut line = String::new();
+    let length = told.read_line(&mut line).expect("an answer");
+    assert!(length > 0, "the validator ended at {file}");
+    line.trim_end().to_owned()
 }
 
 pub fn folder() -> tempfile::TempDir {
