@@ -40,5 +40,5 @@ for line in sys.stdin:
     try:
         judge(*line.rstrip("\n").split("\t"))
         print(flush=True)
-    except Exception as error:
+    except (jsonschema.ValidationError, etree.LxmlError, AssertionError) as error:
         print(type(error).__name__, *str(error).split(), flush=True)
