@@ -158,7 +158,7 @@ impl Motion {
         matches!(self.image, Image::Mirrored | Image::Turned)
     }
 
-    /// The image of a problem; none where it cannot be told: of eigenproblems, and of schemes that scripts have by hand.
+    /// The image of a problem; none where it is not known: of eigenproblems, and of schemes that scripts have by hand.
     pub fn problem(&self, of: &Problem) -> Option<Problem> {
         if of.eigen.is_some() || of.parts.is_some() {
             return None;

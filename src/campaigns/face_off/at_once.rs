@@ -1,6 +1,6 @@
 //! Codes side by side: those whose scripts are written here, and our own solver.
 //!
-//! A program of the user's own may take all cores or write files beside its face-off, so each of them runs alone.
+//! The user's programs may take all cores or write files next to the problem file, so they run one at a time.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -13,7 +13,7 @@ fn is_written(player: &Player) -> bool {
     player.record.is_none() && player.code.program().is_none()
 }
 
-/// How many run at the same time on so many cores.
+/// How many run at the same time on this number of cores.
 pub fn most(players: &[Player], cores: usize) -> usize {
     let written = players.iter().filter(|player| is_written(player)).count();
     written.min(cores).max(1)
@@ -55,7 +55,7 @@ pub fn at_once<T: Send>(
         let threads: Vec<_> = threads.filter_map(std::result::Result::ok).collect();
         work();
         for thread in threads {
-            // What was not answered is told below.
+            // What was not answered is reported below.
             let _ = thread.join();
         }
     });

@@ -234,7 +234,7 @@ pub(super) fn of_field<'a>(field: &'a OfField, level: &Label) -> Vec<Pair<'a>> {
 }
 
 impl OfField {
-    /// In words, where on some level all codes but one of three or more agree.
+    /// A sentence, where on some level all codes but one of three or more agree.
     pub fn odd_one(&self) -> Option<Text> {
         let levels: BTreeSet<&Label> = self.pairs.iter().map(|pair| &pair.level).collect();
         let mut odd = levels

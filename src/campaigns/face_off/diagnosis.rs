@@ -34,13 +34,13 @@ pub struct Diagnosis {
 pub struct Moved {
     /// The one that was run again.
     pub code: String,
-    /// What was changed, in JSON in words.
+    /// What was changed; in JSON a sentence.
     pub change: Change,
     /// The field or the number, by name.
     pub of: String,
-    /// Relative to the largest value; none where it could not be told.
+    /// Relative to the largest value; none where it is not known.
     pub relative: Option<f64>,
-    /// Why it could not be told.
+    /// Why it is not known.
     pub reason: Option<String>,
 }
 
@@ -51,7 +51,7 @@ pub struct Apart {
     pub a: String,
     /// The second.
     pub b: String,
-    /// What was changed, in JSON in words.
+    /// What was changed; in JSON a sentence.
     pub change: Change,
     /// The field or the number, by name.
     pub of: String,

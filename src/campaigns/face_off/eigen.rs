@@ -35,7 +35,7 @@ pub struct OfResidual {
     pub dirichlet: Option<f64>,
     /// What both may be.
     pub allowed: f64,
-    /// What is wrong, or why nothing can be told; else empty.
+    /// What is wrong, or why there is no verdict; else empty.
     pub reason: String,
 }
 
@@ -157,7 +157,7 @@ fn values(asked: &Spectrum, code: &Code, left: &Left) -> Vec<(f64, String)> {
     numbers.collect()
 }
 
-/// A mode alone, with the name of the unknown.
+/// One mode, with the name of the unknown.
 fn mode(asked: &Spectrum, form: &Problem, code: &Code, result: &Mesh, number: &str) -> Mesh {
     let (_, modes) = asked.names_in(code.name());
     let modes = modes.unwrap_or_default();
@@ -178,7 +178,7 @@ fn mode(asked: &Spectrum, form: &Problem, code: &Code, result: &Mesh, number: &s
     mesh
 }
 
-/// So many pairs of a code are looked at for what it solves instead.
+/// How many pairs of a code are searched for the problem that it solves instead.
 const LOOKED_AT: usize = 12;
 
 /// Pairs of a code in the form a(u, v) - λ m(u, v), the worst and others, and what they solve instead: what most of them do, as one mode may not

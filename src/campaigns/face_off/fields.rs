@@ -458,7 +458,7 @@ fn compare(
         Err(error) => return Ok(unjudged(asked, error.to_string())),
         Ok(comparison) => comparison,
     };
-    // What one mesh has alone comes as a field of its own, which counts.
+    // What only one mesh has is a separate field, which counts.
     let domain = comparison
         .fields
         .iter()

@@ -14,7 +14,7 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;
 use faceoff_mesh::field::Results;
 
-/// So many of the finest levels are looked at.
+/// How many of the finest levels are used.
 const LEVELS: usize = 4;
 
 /// Distances, with the size of what they are between, by code and level of either.
@@ -27,7 +27,7 @@ pub struct OfMeeting {
     pub a: String,
     /// The second.
     pub b: String,
-    /// Whether they converge to the same thing; where that cannot be told, the finest level decides if it agrees.
+    /// Whether they converge to the same thing; where that is not known, the finest level decides if it agrees.
     pub verdict: Verdict,
     /// What was found.
     #[serde(flatten)]
@@ -69,7 +69,7 @@ pub(super) fn is_asked(asked: &Asked, rungs: &[Rung]) -> bool {
         && rungs.len() > 2
 }
 
-/// `n = 64`, where levels differ by n alone.
+/// `n = 64`, where levels differ only by n.
 fn next(rungs: &[Rung]) -> Option<String> {
     let n = |k: usize| match rungs.get(k)?.level.label {
         Label::Mesh(n) => Some(n),
@@ -198,7 +198,7 @@ pub(super) fn of_number(
 pub struct Extrapolated {
     /// Richardson's value.
     pub value: f64,
-    /// It may be off by so much.
+    /// A bound on its error.
     pub room: f64,
     /// Observed.
     pub order: Option<f64>,

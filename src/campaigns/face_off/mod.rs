@@ -1,4 +1,4 @@
-//! Any problem: codes of one's own on one mesh or on their own, field by field and number by number.
+//! Any problem: the user's codes on one mesh or each on its own mesh, field by field and number by number.
 
 mod at_once;
 mod cause;
@@ -61,7 +61,7 @@ pub struct Running<'a> {
     pub diagnose: bool,
     /// Images of the problem that codes get too.
     pub symmetries: Vec<Image>,
-    /// May a code run by itself, so that only its own answers are told?
+    /// May a code run by itself, so that only its answers are reported?
     pub alone: bool,
 }
 
@@ -144,13 +144,13 @@ pub struct RunOf {
     pub code: String,
     /// The refinement, where the mesh has several.
     pub n: Option<usize>,
-    /// What it is called, as `n = 16` or `dt = 0.05`; empty where there is one alone.
+    /// What it is called, as `n = 16` or `dt = 0.05`; empty where there is only one.
     pub level: Label,
     /// Of the process; none of a recorded answer, or without a result.
     pub seconds: Option<f64>,
     /// Why there is no result.
     pub failure: Option<String>,
-    /// What it was asked, beside the code itself.
+    /// The questions that it was asked, without the code itself.
     #[serde(skip)]
     pub problem: Value,
     #[serde(skip)]
@@ -196,7 +196,7 @@ pub struct OfPair {
     pub level: Label,
     /// Where results have times.
     pub t: Option<f64>,
-    /// Coarser levels of one problem are told and not judged.
+    /// Coarser levels of one problem are reported and not judged.
     pub judged: bool,
     /// The field of the one less that of the other.
     #[serde(flatten)]
@@ -253,11 +253,11 @@ pub struct RowOfNumber {
     pub level: Label,
     /// By code.
     pub values: BTreeMap<String, f64>,
-    /// Coarser levels of one problem are told and not judged.
+    /// Coarser levels of one problem are reported and not judged.
     pub judged: bool,
     /// Of this level; undetermined where it is not judged.
     pub verdict: Verdict,
-    /// What is wrong, or why nothing can be told; else empty.
+    /// What is wrong, or why there is no verdict; else empty.
     pub reason: String,
 }
 

@@ -128,7 +128,7 @@ fn known(players: &[Player], asked: &Asked, rung: &Rung) -> BTreeMap<String, f64
     each.collect()
 }
 
-/// In words: relative to the larger one, unless that is 0.
+/// The difference as a sentence gives it: relative to the larger number, unless that is 0.
 fn apart(far: f64, scale: f64) -> String {
     match scale > 0.0 {
         true => format!("{:.3e} of it", far / scale),

@@ -40,11 +40,11 @@ pub struct OfSpectra {
     pub n: Option<usize>,
     /// As in the runs.
     pub level: Label,
-    /// Coarser levels of one problem are told and not judged.
+    /// Coarser levels of one problem are reported and not judged.
     pub judged: bool,
     /// Of values and modes together.
     pub verdict: Verdict,
-    /// What is wrong, or why nothing can be told; else empty.
+    /// What is wrong, or why there is no verdict; else empty.
     pub reason: String,
     /// What was allowed between eigenvalues, relative to the larger; infinite where nothing was.
     pub tolerance: f64,
@@ -80,7 +80,7 @@ pub struct Space {
     pub dimension: usize,
     /// The sine of the largest principal angle; none where modes are not independent.
     pub sine: Option<f64>,
-    /// Whether the space may go on beyond the last value that a code has, so that it cannot be told.
+    /// Whether the space may go on beyond the last value that a code has, so that there is no verdict.
     pub is_cut: bool,
     /// Of this space.
     pub verdict: Verdict,

@@ -281,7 +281,7 @@ fn simplest(
 
 const N: &str = "n";
 
-/// Simpler values in place of one of a point, the simplest first.
+/// Simpler values to try instead of one of a point, the simplest first.
 fn simpler(of: &FaceOff, sweep: &Sweep, at: &Point, name: &str) -> Vec<String> {
     if name == N {
         // Where codes share the problem only, coarser meshes differ by their errors, which is another failure.

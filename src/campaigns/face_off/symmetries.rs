@@ -31,7 +31,7 @@ pub struct Symmetries {
     pub findings: Vec<Text>,
 }
 
-/// A code's answer to an image beside its answer to the problem.
+/// A code's answer to an image of the problem, compared with its answer to the problem itself.
 #[derive(Debug, Serialize)]
 pub struct OfImage {
     /// The code.
@@ -41,13 +41,13 @@ pub struct OfImage {
     pub image: Image,
     /// The field or the number, by name.
     pub of: String,
-    /// How far the answer is from the image of the answer, relative to the largest value; none where it could not be told.
+    /// How far the answer is from the image of the answer, relative to the largest value; none where it is not known.
     pub relative: Option<f64>,
     /// How far it may be.
     pub allowed: f64,
-    /// Of this code alone.
+    /// Of this code only.
     pub verdict: Verdict,
-    /// Why it could not be told.
+    /// Why it is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }

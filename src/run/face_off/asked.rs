@@ -86,7 +86,7 @@ enum Given {
 }
 
 impl Reader {
-    /// A field or a number, by its kind (`fields`, `numbers`) and its name, beside the form, the default times, the parameters and the codes of
+    /// A field or a number, by its kind (`fields`, `numbers`) and its name, next to the form, the default times, the parameters and the codes of
     /// the file.
     pub(super) fn asked(
         &self,

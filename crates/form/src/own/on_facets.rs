@@ -63,7 +63,7 @@ impl OnFacets {
     /// The field of a result on a mesh, whose own numbers were written with this relative error.
     ///
     /// # Errors
-    /// A result on another mesh, fields that are not there or are no functions of the spaces, and values that are not finite.
+    /// A result on another mesh, fields that are not there or are not functions of the spaces, and values that are not finite.
     pub fn of(&self, name: &str, source: &Mesh, result: &Mesh, unit: f64) -> Result<Means> {
         let all = &self.0;
         let assembler = Assembler::of(&all.problem, source, &all.integrals, true)?;

@@ -99,7 +99,7 @@ impl Grammar {
     }
 }
 
-/// A function of the point, in so many coordinates.
+/// A function of the point, in `dim` coordinates.
 fn datum(random: &mut Random, depth: usize, dim: usize) -> String {
     if depth == 0 {
         let all = ["x", "y", "0.5", "x*y", "2", "pi", "z", "x*z"];
@@ -606,7 +606,7 @@ impl Drawn {
         }
         push(&|d| {
             let lower = match &*d.element {
-                // A pressure is right for one velocity alone.
+                // A pressure is right for only one velocity.
                 _ if d.pressure.is_some() => return,
                 "P3" | "P2" => "P1",
                 "DG2" => "DG1",

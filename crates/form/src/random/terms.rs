@@ -73,7 +73,7 @@ pub const WHOLE: &[&str] = &[
     "0.1*avg(div(u))*avg(div(v))*dS",
 ];
 
-/// Of a second unknown, a pressure, beside those of the first.
+/// Of a second unknown, a pressure, in addition to those of the first.
 pub const PRESSURE: &[&str] = &[
     "-0.1*p*q*dx",
     "-0.2*f*q*dx",
