@@ -388,9 +388,13 @@ fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
             Number::new(part, 4)
         )
     };
-    let exact = match found.exact {
-        true => "integrals are exact but for rounding",
-        false => "by a rule of higher degree, since not all cells are straight",
+    let exact = match (found.exact, found.quadrature) {
+        (true, _) => text!("integrals are exact but for rounding"),
+        (_, None) => text!("by a rule of higher degree, since not all functions are polynomials"),
+        (_, Some(change)) => text!(
+            "by a rule of higher degree, since not all functions are polynomials; by one of two degrees less norms differ by {} of the larger field's at most",
+            Number::at_most(change, 2)
+        ),
     };
     vec![
         ("mesh of a", of(0)),

@@ -259,6 +259,9 @@ pub struct Intersection {
     pub curved: [usize; 2],
     /// Whether all functions are polynomials on the intersections of cells, so that integrals are exact up to rounding.
     pub exact: bool,
+    /// Where they are not: how much norms in L² change with a rule of two degrees less, as a part of the larger field's norm, at most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quadrature: Option<f64>,
 }
 
 /// Norms of the difference of two fields over their mesh, or over the intersection of two meshes.

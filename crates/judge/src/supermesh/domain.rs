@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::clip::{Simplex, clip, measure, subtract};
-use super::element::Element;
+use super::element::{Element, PYRAMID};
 use super::geometry::{Geometry, is_convex};
 use super::tree::{Bounds, Tree};
 use faceoff_mesh::CellKind;
@@ -12,7 +12,7 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::memory;
-use faceoff_mesh::mesh::Shape;
+use faceoff_mesh::mesh::{Shape, sides};
 use faceoff_mesh::parallel;
 
 /// Pieces that one thread takes at a time.
@@ -36,8 +36,8 @@ pub(super) struct Domain<'a> {
     pub side: &'a Results,
     pub dim: usize,
     pub elements: Vec<Element>,
-    /// That of the coordinates of quadrangles and hexahedra with straight edges.
-    pub multilinear: Option<Element>,
+    /// For each of them that of the coordinates where edges are straight.
+    of_corners: Vec<Option<Element>>,
     /// The element of each cell of the file.
     of_cell: Vec<u8>,
     pub geometries: Vec<Geometry>,
@@ -62,6 +62,13 @@ impl<'a> Domain<'a> {
 
     pub fn element(&self, cell: u32) -> &Element {
         &self.elements[usize::from(self.of_cell[cell as usize])]
+    }
+
+    /// The element of order 1 on the reference cell of another; none where that is the same, or where all cells with straight edges are affine.
+    pub fn of_corners(&self, element: &Element) -> Option<&Element> {
+        let mut all = self.elements.iter().zip(&self.of_corners);
+        let (_, found) = all.find(|(of, _)| of.kind == element.kind)?;
+        found.as_ref()
     }
 
     /// `None` for cells of other dimensions.
@@ -96,7 +103,7 @@ impl<'a> Domain<'a> {
         let counted: usize = side.kinds.iter().map(|(_, count)| count).sum();
         if !(2..=3).contains(&dim) || counted != side.cell_count() || side.points.is_empty() {
             let what =
-                "it has no triangles, quadrangles, tetrahedra, prisms or hexahedra in known places"
+                "it has no triangles, quadrangles, tetrahedra, hexahedra, prisms or pyramids in known places"
                     .into();
             return Err(refuse(what, "give results on a mesh"));
         }
@@ -104,10 +111,7 @@ impl<'a> Domain<'a> {
             side,
             dim,
             elements: Vec::new(),
-            multilinear: Element::new(match dim {
-                2 => CellKind::Quadrangle,
-                _ => CellKind::Hexahedron,
-            }),
+            of_corners: Vec::new(),
             of_cell: Vec::with_capacity(side.cell_count()),
             geometries: vec![Geometry::Straight; side.cell_count()],
             first_corners: Vec::new(),
@@ -125,11 +129,17 @@ impl<'a> Domain<'a> {
                 _ if usize::from(kind.dim()) != dim || count == 0 => usize::from(OTHER),
                 Some(k) => k,
                 None => {
-                    let remedy = "give results on triangles, quadrangles, tetrahedra, hexahedra or affine prisms whose nodes are all there";
+                    let remedy = "give results on triangles, quadrangles, tetrahedra, hexahedra, prisms up to order 2 or pyramids of order 1, whose nodes are all there";
                     let what = || format!("functions on a {kind} are not known here");
                     let element = Element::new(kind).ok_or_else(|| refuse(what(), remedy))?;
                     let first = domain.of_cell.len() as u32;
                     let own = domain.at_own_nodes(&element, first..first + count as u32);
+                    domain.of_corners.push(match kind.shape() {
+                        Shape::Quadrangle => Element::new(CellKind::Quadrangle),
+                        Shape::Hexahedron => Element::new(CellKind::Hexahedron),
+                        Shape::Prism => Element::new(CellKind::Prism),
+                        _ => None,
+                    });
                     domain.elements.push(own.unwrap_or(element));
                     domain.elements.len() - 1
                 }
@@ -283,14 +293,12 @@ impl<'a> Domain<'a> {
         } else {
             1
         };
-        let is_hexahedron = element.kind.shape() == Shape::Hexahedron;
-        if element.is_prism() && geometry != Geometry::Straight {
-            return Err(
-                "is a prism that is not the affine image of one, on which functions are not known here",
-            );
-        }
+        let shape = element.kind.shape();
+        let is_hexahedron = shape == Shape::Hexahedron;
+        let is_solid = is_hexahedron || element.is_prism() || element.is_pyramid();
+        let is_around_centre = is_solid && geometry != Geometry::Straight;
         let mut pieces = Vec::new();
-        if order == 1 && !is_hexahedron {
+        if order == 1 && !is_hexahedron && !is_around_centre {
             let of = |corners: [usize; 4]| corners.map(|k| nodes.get(k).copied().unwrap_or(0));
             match (is_quadrangle, self.dim) {
                 (true, _) => pieces.extend([[0, 1, 2, 0], [0, 2, 3, 0]].map(of)),
@@ -298,23 +306,23 @@ impl<'a> Domain<'a> {
                 _ if element.is_prism() => {
                     pieces.extend([[0, 1, 2, 5], [0, 1, 5, 4], [0, 4, 5, 3]].map(of));
                 }
+                _ if element.is_pyramid() => pieces.extend([[0, 1, 2, 4], [0, 2, 3, 4]].map(of)),
                 _ => pieces.push(of([0, 1, 2, 3])),
             }
         } else {
-            let (lattice, simplices, steps) = match (is_hexahedron, geometry) {
-                (true, Geometry::Multilinear | Geometry::Curved) => around_centres(order),
+            let (lattice, simplices) = match is_around_centre {
+                true => around_centres(shape, order),
                 _ => lattice(order, self.dim, element.is_product()),
             };
             let first = self.points.len() as u32;
-            let at = |x: [usize; 3]| x.map(|k| k as f64 / steps as f64);
             let new = lattice.into_iter().map(|x| {
-                let place = element.interpolate(&places, &at(x));
+                let place = element.interpolate(&places, &x);
                 [0, 1, 2].map(|k| place[k] + origin[k])
             });
             let new: Vec<[f64; 3]> = new.collect();
             pieces.extend(simplices.into_iter().map(|s| s.map(|k| first + k)));
             self.points.to_mut().extend(new);
-            // The faces of a hexahedron need not be plane.
+            // The faces of quadrangles need not be plane.
             self.curved += usize::from(geometry != Geometry::Straight);
         }
         let turned = |piece: &Piece| self.piece_measure(piece) < 0.0;
@@ -419,40 +427,68 @@ impl<'a> Domain<'a> {
 fn most_pieces(element: &Element) -> usize {
     match element.kind.shape() {
         Shape::Hexahedron => 24,
-        Shape::Prism => 3,
+        Shape::Prism => 14,
+        Shape::Pyramid => 8,
         _ => 2,
     }
 }
 
-/// The points that divide a reference cell, in steps, the simplices between them, and the steps from 0 to 1.
-type Division = (Vec<[usize; 3]>, Vec<[u32; 4]>, usize);
+/// The points that divide a reference cell, and the simplices between them.
+type Division = (Vec<[f64; 3]>, Vec<[u32; 4]>);
 
-/// The p³ cubes of a cube, each divided into 24 tetrahedra between its centre, the centre of a face and an edge: neighbours divide the face
-/// between them in the same way, although it need not be plane.
-fn around_centres(p: usize) -> Division {
-    let (mut points, mut simplices) = (Vec::new(), Vec::new());
+/// The parts of a hexahedron or a prism in p steps, or a pyramid, each divided into tetrahedra between its centre and its faces, those of quadrangles
+/// around their centres: neighbours divide the face between them in the same way, although it need not be plane.
+fn around_centres(shape: Shape, p: usize) -> Division {
+    let step = 1.0 / p as f64;
+    let whole = |at: [usize; 3]| at.map(|k| k as f64 * step);
     let cubes = (0..p).flat_map(|k| (0..p).flat_map(move |j| (0..p).map(move |i| [i, j, k])));
-    for cube in cubes {
-        for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 2)]) {
-            let [b, c] = [(axis + 1) % 3, (axis + 2) % 3];
-            let at = |x: usize, y: usize, z: usize| {
-                let mut at = cube.map(|k| 2 * k);
-                at[axis] += x;
-                at[b] += y;
-                at[c] += z;
-                at
+    let parts: Vec<Vec<[f64; 3]>> = match shape {
+        Shape::Hexahedron => cubes
+            .map(|[i, j, k]| {
+                let corner = |[x, y, z]: [usize; 3]| whole([i + x, j + y, k + z]);
+                [0, 1]
+                    .into_iter()
+                    .flat_map(|z| [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[x, y]| corner([x, y, z])))
+                    .collect()
+            })
+            .collect(),
+        Shape::Prism => cubes
+            .flat_map(|[i, j, k]| {
+                let of = |corners: [[usize; 2]; 3]| -> Vec<[f64; 3]> {
+                    let at = |z: usize| corners.map(|[x, y]| whole([i + x, j + y, k + z]));
+                    [at(0), at(1)].concat()
+                };
+                let (up, down) = (i + j < p, i + j + 1 < p);
+                let up = up.then(|| of([[0, 0], [1, 0], [0, 1]]));
+                let down = down.then(|| of([[1, 1], [0, 1], [1, 0]]));
+                up.into_iter().chain(down)
+            })
+            .collect(),
+        _ => vec![PYRAMID.to_vec()],
+    };
+    let middle = |of: &[[f64; 3]]| -> [f64; 3] {
+        [0, 1, 2].map(|axis| of.iter().map(|x| x[axis]).sum::<f64>() / of.len() as f64)
+    };
+    let (mut points, mut simplices) = (Vec::new(), Vec::new());
+    for part in parts {
+        for side in sides(shape) {
+            let corners: Vec<[f64; 3]> = side.iter().map(|k| part[*k]).collect();
+            let triangles: Vec<[[f64; 3]; 3]> = match corners[..] {
+                [a, b, c] => vec![[a, b, c]],
+                _ => {
+                    let next = corners.iter().cycle().skip(1);
+                    let edges = corners.iter().zip(next);
+                    edges.map(|(a, b)| [middle(&corners), *a, *b]).collect()
+                }
             };
-            let turn = [[0, 0], [2, 0], [2, 2], [0, 2]];
-            for k in 0..4 {
-                let [[y, z], [v, w]] = [turn[k], turn[(k + 1) % 4]];
+            for [a, b, c] in triangles {
                 let first = points.len() as u32;
-                points.extend([at(1, 1, 1), at(side, 1, 1), at(side, y, z), at(side, v, w)]);
-                let [i, j] = if side == 2 { [2, 3] } else { [3, 2] };
-                simplices.push([first, first + 1, first + i, first + j]);
+                points.extend([middle(&part), a, b, c]);
+                simplices.push([0, 1, 2, 3].map(|k| first + k));
             }
         }
     }
-    (points, simplices, 2 * p)
+    (points, simplices)
 }
 
 /// The points of a reference cell in steps of 1/p, and the p^d simplices between them, d! times as many in a quadrangle or hexahedron: those of
@@ -503,5 +539,6 @@ fn lattice(p: usize, dim: usize, is_product: bool) -> Division {
         false => [x[0] - x[1], x[1] - x[2], x[2]],
     };
     let points = points.into_iter().map(unfold);
-    (points.collect(), simplices, p)
+    let points = points.map(|x| x.map(|k| k as f64 / p as f64));
+    (points.collect(), simplices)
 }

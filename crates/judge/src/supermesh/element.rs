@@ -1,5 +1,5 @@
-//! Lagrange elements of any order on triangles, quadrangles, tetrahedra and hexahedra, and of orders 1 and 2 on prisms, as files state
-//! them: by the nodes of a cell, in Gmsh's order.
+//! Lagrange elements of any order on triangles, quadrangles, tetrahedra and hexahedra, of orders 1 and 2 on prisms, and of order 1 on
+//! pyramids, as files state them: by the nodes of a cell, in Gmsh's order.
 //!
 //! The basis is one of products of Legendre polynomials, in which high orders keep their digits; a field on a cell is given
 //! by its coefficients there.
@@ -13,7 +13,30 @@ use faceoff_mesh::mesh::Shape;
 /// Larger than any order here.
 pub(super) const ORDERS: usize = 11;
 
-/// The polynomials on one kind of cell.
+/// Corners of the pyramid.
+pub(super) const PYRAMID: [[f64; 3]; 5] = [
+    [0.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [1.0, 1.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0],
+];
+
+/// The basis function of a pyramid that is no polynomial.
+const PRODUCT: usize = 3;
+
+/// xy/(1 - z) with its gradient: with 1, x, y and z all that is linear on the triangles and bilinear on the square of a pyramid (Bedrosian,
+/// Shape functions and integration formulas for three-dimensional finite element analysis, 1992). At the apex it is 0.
+fn over_height([x, y, z]: &[f64; 3]) -> [f64; 4] {
+    let height = 1.0 - z;
+    if height.abs() < f64::EPSILON {
+        return [0.0; 4];
+    }
+    let (p, q) = (x / height, y / height);
+    [p * y, q, p, p * q]
+}
+
+/// The polynomials on one kind of cell; on a pyramid, one function is none.
 #[derive(Debug, Clone)]
 pub(super) struct Element {
     pub kind: CellKind,
@@ -40,23 +63,29 @@ impl Element {
         } else {
             let known = [Shape::Triangle, Shape::Tetrahedron, Shape::Prism];
             let is_known = known.contains(&shape) || is_product(shape);
-            kind.complete_order().filter(|_| is_known)?
+            let is_pyramid = kind == CellKind::Pyramid;
+            let order = kind.complete_order().filter(|_| is_known);
+            order.or(is_pyramid.then_some(1))?
         };
         let dim = usize::from(kind.dim());
         let is_prism = shape == Shape::Prism;
-        let is_simplex = !is_product(shape) && !is_prism;
+        let is_pyramid = shape == Shape::Pyramid;
+        let is_simplex = !is_product(shape) && !is_prism && !is_pyramid;
         let p = order as u8;
         let powers = (0..=if dim == 3 { p } else { 0 })
             .flat_map(|k| (0..=p).flat_map(move |j| (0..=p).map(move |i| [i, j, k])));
         let powers = powers.filter(|power| match (is_simplex, is_serendipity) {
             (true, _) => power.iter().sum::<u8>() <= p,
             (_, true) => power.iter().sum::<u8>() <= 3,
+            _ if is_pyramid => power[2] == 0 || power[0] + power[1] == 0,
             _ => !is_prism || power[0] + power[1] <= p,
         });
         let powers: Vec<[u8; 3]> = powers.collect();
-        let complete = CellKind::complete(shape, order)?;
         // The last node of nine is the centre, which eight do without.
-        let mut nodes = reference_nodes(complete)?;
+        let mut nodes = match is_pyramid {
+            true => PYRAMID.to_vec(),
+            false => reference_nodes(CellKind::complete(shape, order)?)?,
+        };
         nodes.truncate(powers.len());
         let element = Element {
             kind,
@@ -65,6 +94,7 @@ impl Element {
             degree: match (is_simplex, is_prism) {
                 (true, _) => order,
                 (_, true) => 2 * order,
+                _ if is_pyramid => 2,
                 _ => dim * order,
             },
             powers,
@@ -99,9 +129,24 @@ impl Element {
         self.kind.shape() == Shape::Prism
     }
 
+    /// Is it on the pyramid over the unit square, with its apex over the first corner?
+    pub fn is_pyramid(&self) -> bool {
+        self.kind == CellKind::Pyramid
+    }
+
+    /// A place inside of the reference cell.
+    pub fn centre(&self) -> [f64; 3] {
+        let mut x = [0.0; 3];
+        x[..self.dim].fill(match self.is_product() {
+            true => 0.5,
+            false => 1.0 / (self.dim + 1) as f64,
+        });
+        x
+    }
+
     /// The corner at the end of an axis of the reference cell, from 0 on.
     pub fn corner(&self, axis: usize) -> usize {
-        match self.is_product() {
+        match self.is_product() || self.is_pyramid() {
             true => [1, 3, 4][axis],
             false => axis + 1,
         }
@@ -129,6 +174,9 @@ impl Element {
                 p[0] * q[1] * r[0],
                 p[0] * q[0] * r[1],
             ];
+        }
+        if self.is_pyramid() {
+            out[PRODUCT] = over_height(x);
         }
     }
 
@@ -211,7 +259,7 @@ mod tests {
                 assert!((of(2) - slope).abs() < 1e-7, "{kind}: {} {slope}", of(2));
             }
         }
-        assert!(Element::new(CellKind::Pyramid).is_none());
+        assert!(Element::new(CellKind::Pyramid14).is_none());
         let cut = CellKind::from_gmsh(20).unwrap();
         assert!(Element::new(cut).is_none(), "{cut} lacks a node inside");
         assert_eq!(Element::new(CellKind::Quadrangle8).unwrap().len(), 8);

@@ -2,13 +2,14 @@
 
 use super::clip::{cross, dot, subtract};
 use super::element::Element;
+use faceoff_mesh::mesh::Shape;
 
 /// How the reference cell becomes the cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Geometry {
-    /// An affine map: simplices, parallelograms, parallelepipeds.
+    /// An affine map: simplices, parallelograms, parallelepipeds, and prisms and pyramids that are images of those of the reference.
     Straight,
-    /// A quadrangle or hexahedron with straight edges.
+    /// A quadrangle, hexahedron, prism or pyramid with straight edges.
     Multilinear,
     /// By all nodes.
     Curved,
@@ -20,12 +21,8 @@ impl Geometry {
         let size = subtract(&nodes[1], &nodes[0]);
         let size = dot(&size, &size).sqrt();
         let largest = nodes.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-        // Rounding of nodes curves no cell: a rule for a curved one has hundreds of times as many points. Prisms that are
-        // affine but for less have no other map to fall back on.
-        let least = match element.is_prism() {
-            true => 1e-9 * size,
-            false => (4.0 * f64::EPSILON * largest).min(1e-9 * size),
-        };
+        // Rounding of nodes curves no cell: a rule for a curved one has hundreds of times as many points.
+        let least = (4.0 * f64::EPSILON * largest).min(1e-9 * size);
         let near = near.min(1e-3 * size).max(least);
         let lies = |place: &dyn Fn(&[f64; 3], usize) -> f64| {
             let mut all = nodes.iter().zip(&element.nodes);
@@ -38,19 +35,12 @@ impl Geometry {
             });
             nodes[0][axis] + steps.sum::<f64>()
         };
-        let corners = if element.dim == 2 { 4 } else { 8 };
-        let multilinear = |at: &[f64; 3], axis: usize| -> f64 {
-            let all = TURN.iter().zip(nodes).take(corners);
-            all.map(|(corner, node)| {
-                let part = |k: usize| match corner[k] {
-                    true => at[k],
-                    false => 1.0 - at[k],
-                };
-                node[axis] * (0..element.dim).map(part).product::<f64>()
-            })
-            .sum()
+        let of_corners = |at: &[f64; 3], axis: usize| -> f64 {
+            let all = nodes.iter().zip(corner_functions(element, at));
+            all.map(|(node, weight)| weight * node[axis]).sum()
         };
-        match (lies(&affine), element.is_product() && lies(&multilinear)) {
+        let is_simplex = matches!(element.kind.shape(), Shape::Triangle | Shape::Tetrahedron);
+        match (lies(&affine), !is_simplex && lies(&of_corners)) {
             (true, _) => Geometry::Straight,
             (_, true) => Geometry::Multilinear,
             _ => Geometry::Curved,
@@ -58,20 +48,32 @@ impl Geometry {
     }
 }
 
-/// Where the corners of the unit square and cube are at 1, in the order of files.
-const TURN: [[bool; 3]; 8] = {
-    let (o, l) = (false, true);
-    [
-        [o, o, o],
-        [l, o, o],
-        [l, l, o],
-        [o, l, o],
-        [o, o, l],
-        [l, o, l],
-        [l, l, l],
-        [o, l, l],
-    ]
-};
+/// The functions that are 1 at one corner, of quadrangles, hexahedra, prisms and pyramids; 0 where there are fewer corners than eight.
+fn corner_functions(element: &Element, &[x, y, z]: &[f64; 3]) -> [f64; 8] {
+    let square = |x: f64, y: f64| [(1.0 - x) * (1.0 - y), x * (1.0 - y), x * y, (1.0 - x) * y];
+    let mut all = [0.0; 8];
+    match element.kind.shape() {
+        Shape::Prism => {
+            for (k, part) in [1.0 - x - y, x, y].into_iter().enumerate() {
+                (all[k], all[k + 3]) = (part * (1.0 - z), part * z);
+            }
+        }
+        Shape::Pyramid => {
+            let height = 1.0 - z;
+            if height > 0.0 {
+                let base = square(x / height, y / height);
+                (0..4).for_each(|k| all[k] = base[k] * height);
+            }
+            all[4] = z;
+        }
+        _ => {
+            for (k, part) in square(x, y).into_iter().enumerate() {
+                (all[k], all[k + 4]) = (part * (1.0 - z), part * z);
+            }
+        }
+    }
+    all
+}
 
 impl Element {
     /// The image of a point of the reference cell in the cell with these nodes.

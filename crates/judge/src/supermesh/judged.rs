@@ -134,13 +134,20 @@ pub(crate) fn judge_functions(
         .zip(&uncovered)
         .filter_map(|(side, of)| domain_row(side, of, settings.alone));
     let fields = fields.into_iter().flatten().chain(rows).collect();
+    let exact = sides.iter().all(|side| is_exact(side));
+    let changes = sums.iter().map(Sums::change);
+    let quadrature = match exact {
+        true => None,
+        false => changes.reduce(|x, y| if x >= y || x.is_nan() { x } else { y }),
+    };
     let intersection = Intersection {
         cells: [of_a.cell_count(), of_b.cell_count()],
         measures: [of_a.measure, of_b.measure],
         common: cover.common,
         alone: uncovered.map(|of| of.measure.max(0.0)),
         curved: [of_a.curved, of_b.curved],
-        exact: sides.iter().all(|side| is_exact(side)),
+        exact,
+        quadrature,
     };
     Ok((fields, intersection, differences))
 }

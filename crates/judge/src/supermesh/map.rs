@@ -61,8 +61,8 @@ impl<'a> Local<'a> {
             self.inverse = inverse(domain.dim, edges);
             self.map = None;
         } else {
-            let map = match (geometry, &domain.multilinear) {
-                (Geometry::Multilinear, Some(multilinear)) => multilinear,
+            let map = match geometry {
+                Geometry::Multilinear => domain.of_corners(element).unwrap_or(element),
                 _ => element,
             };
             let count = map.len();
@@ -179,13 +179,7 @@ fn invert(
 ) -> ([f64; 3], [[f64; 3]; 3]) {
     let count = element.len();
     let basis = &mut basis[..count];
-    let start = if element.is_product() {
-        0.5
-    } else {
-        1.0 / (dim + 1) as f64
-    };
-    let mut x = [0.0; 3];
-    x[..dim].fill(start);
+    let mut x = element.centre();
     for _ in 0..50 {
         element.basis(&x, basis);
         // Row k: the k-th coordinate and its derivatives.

@@ -31,6 +31,10 @@ pub(super) struct Sums {
     /// Squares of a - b, a and b, integrated.
     l2: [f64; 3],
     h1: [f64; 3],
+    /// Those of L² by the coarser rule, where integrals are not exact.
+    coarse: [f64; 3],
+    /// Of a and b on parts that only rounding of the coordinates may have made, which are left out of `l2`.
+    thin: [f64; 2],
     pub max: f64,
     /// The largest |a - b| in the unit of its cells.
     pub relative: f64,
@@ -65,7 +69,9 @@ impl Sums {
         for k in 0..3 {
             self.l2[k] += other.l2[k];
             self.h1[k] += other.h1[k];
+            self.coarse[k] += other.coarse[k];
         }
+        (0..2).for_each(|k| self.thin[k] += other.thin[k]);
         self.max = self.max.max(other.max);
         if other.relative > self.relative || self.worst.is_none() {
             (self.relative, self.worst) = (other.relative, other.worst);
@@ -89,6 +95,23 @@ impl Sums {
         for (k, of) in [d, a, b].into_iter().enumerate() {
             self.l2[k] += weight * of[0] * of[0];
             self.h1[k] += weight * (of[1] * of[1] + of[2] * of[2] + of[3] * of[3]);
+        }
+    }
+
+    /// How much ‖a - b‖, ‖a‖ and ‖b‖ change with the coarser rule, and ‖a‖ and ‖b‖ with parts too thin to count, as a part of the
+    /// larger of ‖a‖ and ‖b‖; NaN where one is not finite.
+    pub fn change(&self) -> f64 {
+        let [fine, coarse] = [self.l2, self.coarse].map(|of| of.map(f64::sqrt));
+        let thin = |k: usize| match k {
+            0 => 0.0,
+            _ => (self.l2[k] + self.thin[k - 1]).sqrt() - fine[k],
+        };
+        let change = |k: usize| (fine[k] - coarse[k]).abs() + thin(k);
+        let all = (0..3).map(change);
+        let largest = all.reduce(|x, y| if x >= y || x.is_nan() { x } else { y });
+        match (largest, fine[1].max(fine[2])) {
+            (Some(0.0), _) => 0.0,
+            (largest, scale) => largest.map_or(f64::NAN, |x| x / scale),
         }
     }
 
@@ -131,6 +154,8 @@ pub(super) fn differences<'a>(
     let rule = rule_for(domains, functions);
     let degree = degree_of(domains, functions);
     let dim = domains[0].dim;
+    let is_exact = domains.iter().all(|domain| is_exact(domain));
+    let coarse = (degree > 0 && !is_exact).then(|| Rule::new(dim, 2 * degree + MORE - 2));
     let state = || Work {
         sides: [0, 1].map(|k| Local::new(domains[k], functions[k])),
         sums: vec![Sums::default(); laws.len()],
@@ -147,6 +172,10 @@ pub(super) fn differences<'a>(
                 let weight = weight * size;
                 let place = combine(simplex, lambda);
                 work.add(common, functions, laws, &units, &place, weight);
+            }
+            let coarse = coarse.iter().filter(|_| !common.is_rounding);
+            for (lambda, weight) in coarse.flat_map(|rule| &rule.points) {
+                work.add_coarse(functions, &combine(simplex, lambda), weight * size);
             }
             // The largest difference of linear functions is at a corner.
             if degree > 0 {
@@ -175,11 +204,14 @@ fn degree_of(domains: [&Domain; 2], functions: [&[Function]; 2]) -> usize {
     of(0).max(of(1)).unwrap_or(0)
 }
 
-/// On cells whose map is not affine functions are no polynomials, and a rule of higher degree comes near.
+/// So much higher is the degree of a rule where functions are no polynomials.
+const MORE: usize = 4;
+
+/// On pyramids and on cells whose map is not affine functions are no polynomials, and a rule of higher degree comes near.
 pub(super) fn rule_for(domains: [&Domain; 2], functions: [&[Function]; 2]) -> Rule {
     let degree = degree_of(domains, functions);
     let more = if degree > 0 && domains.iter().any(|d| !is_exact(d)) {
-        4
+        MORE
     } else {
         0
     };
@@ -188,8 +220,11 @@ pub(super) fn rule_for(domains: [&Domain; 2], functions: [&[Function]; 2]) -> Ru
 
 /// Are all functions of this mesh polynomials on its cells?
 pub(super) fn is_exact(domain: &Domain) -> bool {
-    let straight = |piece: &Piece| domain.geometries[piece.cell as usize] == Geometry::Straight;
-    domain.pieces.iter().all(straight)
+    let is_polynomial = |piece: &Piece| {
+        domain.geometries[piece.cell as usize] == Geometry::Straight
+            && !domain.element(piece.cell).is_pyramid()
+    };
+    domain.pieces.iter().all(is_polynomial)
 }
 
 pub(super) fn combine(simplex: &Simplex, lambda: &[f64; 4]) -> [f64; 3] {
@@ -197,6 +232,20 @@ pub(super) fn combine(simplex: &Simplex, lambda: &[f64; 4]) -> [f64; 3] {
 }
 
 impl Work<'_> {
+    /// One place of the coarser rule.
+    fn add_coarse(&mut self, functions: [&[Function]; 2], place: &[f64; 3], weight: f64) {
+        let [of_a, of_b] = &mut self.sides;
+        of_a.evaluate(place);
+        of_b.evaluate(place);
+        let mut values = of_a.values.iter().zip(&of_b.values);
+        for (function, sums) in functions[0].iter().zip(&mut self.sums) {
+            for (x, y) in values.by_ref().take(function.components) {
+                let all = [x[0] - y[0], x[0], y[0]];
+                (0..3).for_each(|k| sums.coarse[k] += weight * all[k] * all[k]);
+            }
+        }
+    }
+
     /// One place of the supermesh, with its weight in integrals.
     fn add(
         &mut self,
@@ -244,6 +293,8 @@ impl Work<'_> {
                 }
                 // Gradients jump from cell to cell: where cells overlap by rounding alone, they are of two neighbours.
                 if common.is_rounding {
+                    let squares = [x, y].map(|of| weight * of[0] * of[0]);
+                    (0..2).for_each(|k| sums.thin[k] += squares[k]);
                     continue;
                 }
                 let d = [difference, x[1] - y[1], x[2] - y[2], x[3] - y[3]];

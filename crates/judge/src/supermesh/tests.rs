@@ -3,6 +3,7 @@
 mod differing;
 mod hexahedra;
 mod prisms;
+mod pyramids;
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};

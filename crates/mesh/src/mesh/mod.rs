@@ -27,6 +27,7 @@ pub use kind::{CellKind, OtherKind, Shape, VtkKind};
 pub use labels::CellGroups;
 pub use polyhedra::Polyhedra;
 pub use simplex::{CellGeometry, Metric};
+pub use topology::sides;
 pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges, quadratic_edges};
 pub use union::Union;
 pub(crate) use validate::{all_finite, highest};

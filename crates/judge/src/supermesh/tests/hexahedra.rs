@@ -77,3 +77,28 @@ fn functions_on_other_hexahedra_are_compared() {
     let compared = compare(&straight, &bent).unwrap();
     assert!(norms(&compared, "u").l2 < 1e-13, "{compared:?}");
 }
+
+/// On a frustum, x = ξ (1 - ζ/2), y = η (1 - ζ/2), z = ζ, the square of ξηζ has the integral 1/9 ∫ ζ² (1 - ζ/2)² = 2/135. Sides are plane, so
+/// that tetrahedra fill it.
+#[test]
+fn the_stated_error_of_quadrature_is_not_less_than_the_true_one() {
+    let corner = |x: f64, y: f64, z: f64| [x * (1.0 - z / 2.0), y * (1.0 - z / 2.0), z];
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let at = |z: f64| square.map(|[x, y]| corner(x, y, z));
+    let corners = [at(0.0), at(1.0)].concat();
+    let cells = [1, 2, 3, 7, 4, 5, 1].windows(2).map(|of| {
+        let all = [0, of[0], of[1], 6];
+        all.map(|k| corners[k]).to_vec()
+    });
+    let cells: Vec<Vec<_>> = cells.collect();
+    let b = broken_nodes("t", tetrahedron(1), &cells);
+    let frustum = broken_nodes("frustum", CellKind::Hexahedron, &[corners.clone()]);
+    let one = |x: &[f64; 3]| if x == &corners[6] { 1.0 } else { 0.0 };
+    let found = compare(&with(frustum, "u", one), &with(b, "u", |_| 0.0)).unwrap();
+    let common = found.intersection.as_ref().unwrap();
+    // ∫ (1 - ζ/2)² = 7/12.
+    assert!((common.common - 7.0 / 12.0).abs() < 1e-14, "{common:?}");
+    let stated = common.quadrature.unwrap();
+    let off = (norms(&found, "u").l2 / (2.0_f64 / 135.0).sqrt() - 1.0).abs();
+    assert!(off <= stated && stated < 100.0 * off, "{off} {stated}");
+}
