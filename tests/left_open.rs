@@ -48,6 +48,48 @@ u = 0
 use = ["rust", "dolfinx"]
 "#;
 
+/// All of the boundary is closed: the pressure is known up to a constant. With u = -k∇p, of p = cos πx cos πy.
+const DARCY: &str = r#"name = "flow"
+[mesh]
+generator = "union-jack"
+n = [4, 8]
+[spaces]
+q = "RT0"
+p = "P0"
+[data]
+k = "1 + x"
+f = "pi*sin(pi*x)*cos(pi*y) + 2*(1 + x)*pi^2*cos(pi*x)*cos(pi*y)"
+[form]
+F = "dot(q, test.q)/k*dx - p*div(test.q)*dx + (f - div(q))*test.p*dx"
+[dirichlet]
+q = { left = ["0", "0"], right = ["0", "0"], bottom = ["0", "0"], top = ["0", "0"] }
+[mean]
+p = 0
+[codes]
+use = ["rust", "dolfinx", "getfem"]
+"#;
+
+/// A vector potential, of which the small term leaves a gradient almost free.
+const MAXWELL: &str = r#"name = "potential"
+[mesh]
+generator = "union-jack"
+n = [4, 8]
+[spaces]
+u = "N1curl"
+[data]
+f = ["(pi^2 + 1e-3)*sin(pi*y)", "(pi^2 + 1e-3)*sin(pi*x)"]
+c = "pi*(cos(pi*x) - cos(pi*y))"
+[form]
+F = "curl(u)*curl(v)*dx + 1e-3*dot(u, v)*dx - dot(f, v)*dx"
+[dirichlet]
+left = ["sin(pi*y)", "sin(pi*x)"]
+bottom = ["sin(pi*y)", "sin(pi*x)"]
+top = ["sin(pi*y)", "sin(pi*x)"]
+right = ["sin(pi*y)", "sin(pi*x)"]
+[codes]
+use = ["rust", "dolfinx", "getfem"]
+"#;
+
 /// What FreeFEM's script is run by, which has another mean.
 const SHIFTED: &str = r#"[codes.shifted]
 command = ["FreeFem++-nw", "-v", "0", "shifted.edp", "{mesh}", "{out}/u.vtu"]
@@ -202,6 +244,88 @@ fn solutions_of_neumanns_problem_have_orders_up_to_a_constant() {
         of_pair(&told, "u", ["dolfinx", "shifted"])["verdict"],
         "disagree"
     );
+}
+
+#[test]
+fn pressures_of_closed_flows_agree_up_to_a_constant_with_fluxes_of_rt0() {
+    let folder = folder();
+    let at = folder.path();
+    let fields = "[fields.q]\nrtol = 1e-11\norders = { l2 = 1 }\n\
+                  exact = [\"(1 + x)*pi*sin(pi*x)*cos(pi*y)\", \"(1 + x)*pi*cos(pi*x)*sin(pi*y)\"]\n\
+                  [fields.p]\nrtol = 1e-10\nup_to = \"constant\"\norders = { l2 = 1 }\nexact = \"cos(pi*x)*cos(pi*y) + 5\"\n";
+    let script = shifted(at, DARCY, fields);
+    let (ran, told) = verify(at, "shifted.edp", &script, ("", ""), "all.toml");
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    for name in ["q", "p"] {
+        for pair in pairs(&told, name) {
+            assert!(pair["max_rel"].as_f64().unwrap() < 1e-12, "{pair}");
+        }
+    }
+    let one = of_pair(&told, "p", ["rust", "shifted"]);
+    assert!((size(&one["removed"][0]) - 0.342).abs() < 1e-12, "{one}");
+    let faults = [
+        ("func kX = 1.0 + x;", "func kX = 1.001 + x;", "q"),
+        // Within what is open: a constant on a part of the domain.
+        ("D out2 = p;", "D out2 = p + 1e-3*(x < 0.4);", "p"),
+    ];
+    for (from, to, wrong) in faults {
+        let fault = (from, to);
+        let (ran, told) = verify(at, "shifted.edp", &script, fault, "all.toml");
+        assert_eq!(ran.code, Some(1), "{fault:?} {}", ran.stdout);
+        let of = of_pair(&told, wrong, ["rust", "shifted"]);
+        assert_eq!(of["verdict"], "disagree", "{fault:?}");
+        for name in ["q", "p"] {
+            let others = of_pair(&told, name, ["rust", "getfem"]);
+            assert_eq!(others["verdict"], "agree", "{fault:?}");
+        }
+    }
+}
+
+#[test]
+fn vector_potentials_agree_up_to_a_gradient_and_in_nothing_less() {
+    let folder = folder();
+    let at = folder.path();
+    write(at, "form.toml", MAXWELL);
+    let ran = run(at, &["write", "form.toml", "--for", "freefem"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    // Another gauge: the gradient of the piecewise linear interpolant of x y is added, which is one in the space.
+    let before = "D out0 = u1;";
+    let with = |more: &str| format!("Vh [g1, g2] = {more};\nu1[] += g1[];\n{before}");
+    let gauge = with("[y, x]");
+    assert!(ran.stdout.contains(before));
+    let script = ran.stdout.replacen(before, &gauge, 1);
+    let of_curl = "[fields.\"curl(u)\"]\nrtol = 1e-9\nexact = \"c\"\norders = { l2 = 1 }\n";
+    let open = format!("[fields.u]\nrtol = 1e-9\nup_to = \"gradient\"\n{of_curl}");
+    write(at, "all.toml", &format!("{MAXWELL}{SHIFTED}{open}"));
+    let (ran, told) = verify(at, "shifted.edp", &script, ("", ""), "all.toml");
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+    let curls = of_pair(&told, "curl(u)", ["rust", "shifted"]);
+    assert!(curls["max_rel"].as_f64().unwrap() < 1e-12, "{curls}");
+    let faults = [
+        // The curl is too large.
+        with("[y - 1e-3*y, x]"),
+        // Within what is open: a gradient on a part of the domain.
+        with("[y + 1e-3*y*(x < 0.4), x + 1e-3*x*(x < 0.4)]"),
+    ];
+    for wrong in faults {
+        let fault = (&*gauge, &*wrong);
+        let (ran, told) = verify(at, "shifted.edp", &script, fault, "all.toml");
+        assert_eq!(ran.code, Some(1), "{wrong} {}", ran.stdout);
+        for name in ["u", "curl(u)"] {
+            let of = of_pair(&told, name, ["rust", "shifted"]);
+            assert_eq!(of["verdict"], "disagree", "{wrong}");
+            let others = of_pair(&told, name, ["rust", "getfem"]);
+            assert_eq!(others["verdict"], "agree", "{wrong}");
+        }
+    }
+    // If it is not asked for, a gradient is reported and is a difference.
+    let closed = open.replace("up_to = \"gradient\"\n", "");
+    write(at, "all.toml", &format!("{MAXWELL}{SHIFTED}{closed}"));
+    let (ran, told) = verify(at, "shifted.edp", &script, ("", ""), "all.toml");
+    assert_eq!(ran.code, Some(1));
+    let of = of_pair(&told, "u", ["rust", "shifted"]);
+    assert_eq!(of["verdict"], "disagree");
+    assert_eq!(of["equal_after"][0]["up_to"], "gradient", "{of}");
 }
 
 #[test]
