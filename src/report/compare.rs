@@ -392,7 +392,7 @@ fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
         (true, _) => text!("integrals are exact but for rounding"),
         (_, None) => text!("by a rule of higher degree, since not all functions are polynomials"),
         (_, Some(change)) => text!(
-            "by a rule of higher degree, since not all functions are polynomials; by one of two degrees less norms differ by {} of the larger field's at most",
+            "by a rule of higher degree, since not all functions are polynomials; norms change by at most {} of the larger field's with a rule of two degrees less and with parts too thin to count",
             Number::at_most(change, 2)
         ),
     };

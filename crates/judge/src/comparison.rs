@@ -259,7 +259,7 @@ pub struct Intersection {
     pub curved: [usize; 2],
     /// Whether all functions are polynomials on the intersections of cells, so that integrals are exact up to rounding.
     pub exact: bool,
-    /// Where they are not: how much norms in L² change with a rule of two degrees less, as a part of the larger field's norm, at most.
+    /// Where they are not: how much norms in L² change at most with a rule of two degrees less and with parts too thin to count, divided by the larger field's norm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature: Option<f64>,
 }
