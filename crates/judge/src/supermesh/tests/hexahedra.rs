@@ -92,7 +92,11 @@ fn the_stated_error_of_quadrature_is_not_less_than_the_true_one() {
     });
     let cells: Vec<Vec<_>> = cells.collect();
     let b = broken_nodes("t", tetrahedron(1), &cells);
-    let frustum = broken_nodes("frustum", CellKind::Hexahedron, &[corners.clone()]);
+    let frustum = broken_nodes(
+        "frustum",
+        CellKind::Hexahedron,
+        std::slice::from_ref(&corners),
+    );
     let one = |x: &[f64; 3]| if x == &corners[6] { 1.0 } else { 0.0 };
     let found = compare(&with(frustum, "u", one), &with(b, "u", |_| 0.0)).unwrap();
     let common = found.intersection.as_ref().unwrap();
