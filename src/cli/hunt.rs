@@ -5,7 +5,7 @@ use std::path::Path;
 use super::args::Hunt;
 use super::code;
 use super::progress::watched;
-use crate::campaigns::hunt::{HuntOutcome, HuntRequest, hunt};
+use crate::campaigns::hunt::{HuntOutcome, HuntRequest, LIBRARIES, hunt};
 use crate::engine::OWN;
 use crate::report::console::note;
 use crate::report::{self, Output, deliver};
@@ -16,25 +16,43 @@ use faceoff_mesh::{cancel, file};
 
 /// What is done.
 const STATE: &str = "hunt.json";
+/// The codes of a hunt with forms, where none are named.
+const FORMS: [&str; 4] = [OWN, "freefem", "dolfinx", "scikit-fem"];
 
 pub(super) fn run(arguments: &Hunt, to: &Output) -> Result<u8> {
-    let names = || std::iter::once(OWN).chain(CODES.iter().map(|code| code.name));
-    for name in &arguments.engines {
+    let mut engines = arguments.engines.clone();
+    if engines.is_empty() {
+        let default = match arguments.files {
+            true => &LIBRARIES,
+            false => &FORMS,
+        };
+        engines = default.map(str::to_owned).to_vec();
+    }
+    let names = || {
+        let libraries = LIBRARIES.into_iter().filter(|_| arguments.files);
+        let codes = CODES.iter().filter(|_| !arguments.files);
+        let own = std::iter::once(OWN).filter(|_| !arguments.files);
+        libraries.chain(own.chain(codes.map(|code| code.name)))
+    };
+    for name in &engines {
         if !names().any(|known| known == name) {
             let known = names().collect::<Vec<_>>().join(", ");
             let remedy = format!("{}known are {known}", meant(name, names()));
             return Err(Error::usage(
-                format!("no scripts are written for a code `{name}`"),
+                match arguments.files {
+                    true => format!("no library `{name}` writes or reads files here"),
+                    false => format!("no scripts are written for a code `{name}`"),
+                },
                 remedy,
             ));
         }
     }
-    distinct(&arguments.engines, "code", "name each code once")?;
+    distinct(&engines, "code", "name each code once")?;
     let before = match (&arguments.out, arguments.resume) {
         (Some(folder), true) => {
             let path = folder.join(STATE);
             let seed = arguments.seed.to_string();
-            let asked = [&*arguments.engines.join(","), &*seed];
+            let asked = [&*engines.join(","), &*seed];
             Some(HuntOutcome::read(&path, &file::text(&path)?, asked)?)
         }
         (Some(folder), false) if folder.join(STATE).exists() => {
@@ -47,7 +65,8 @@ pub(super) fn run(arguments: &Hunt, to: &Output) -> Result<u8> {
         _ => None,
     };
     let request = HuntRequest {
-        engines: arguments.engines.clone(),
+        engines,
+        files: arguments.files,
         seed: arguments.seed,
         count: arguments.count.map(|count| count as usize),
         patience: arguments.patience,
@@ -89,14 +108,14 @@ fn keep(folder: &Path, outcome: &HuntOutcome) -> Result<()> {
     make(folder)?;
     for (k, finding) in outcome.findings.iter().enumerate() {
         let place = folder.join(finding.name(k));
-        if place.join("form.toml").exists() {
+        if place.join(&finding.file).exists() {
             continue;
         }
         make(&place)?;
         if let Some(mesh) = &finding.grid {
             io::write(&place.join("mesh.msh"), mesh, &Options::default())?;
         }
-        io::save(&place.join("form.toml"), [finding.form.as_bytes()])?;
+        io::save(&place.join(&finding.file), [finding.form.as_bytes()])?;
     }
     let text = serde_json::to_string_pretty(outcome)
         .map_err(|e| Error::usage(format!("the hunt cannot be JSON: {e}"), "report this"))?;

@@ -28,7 +28,7 @@ pub(super) fn python(within: &Within) -> Option<PathBuf> {
 }
 
 /// A Python that has a module: the one that the user names, Debian's, or the first in the path.
-pub(super) fn python_with(module: &str) -> Option<PathBuf> {
+pub fn python_with(module: &str) -> Option<PathBuf> {
     let named = std::env::var_os("FACEOFF_PYTHON").map(PathBuf::from);
     let debian = Some(PathBuf::from("/usr/bin/python3"));
     let all = [named, debian, find_in_path("python3")].into_iter();

@@ -31,6 +31,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 pub use explain::Explanation;
+pub use fenicsx::python_with;
 pub use file::{EngineFile, parsed};
 pub use freefem::lacks_plugins;
 pub use install::{Installation, install, meshio_python, plan};

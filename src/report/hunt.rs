@@ -15,7 +15,10 @@ use faceoff_mesh::error::Result;
 /// # Errors
 /// None but of a broken installation.
 pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Report<'a>> {
-    let question = "faceoff hunt: which code is wrong on some weak form?";
+    let question = match outcome.files {
+        true => "faceoff hunt: which library changes a mesh that it writes or reads?",
+        false => "faceoff hunt: which code is wrong on some weak form?",
+    };
     let verdict = outcome.verdict();
     let mut report = Report::judging(
         "hunt",
@@ -34,17 +37,30 @@ pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Repor
     };
     report.headline = headline.clone().into();
     report.story.claim = text!("**{headline}**");
-    report.story.rests_on = text!(
-        "{} of {}, drawn with seed {}, in {}: {} agree, {} differ by no more than rounding moves them, {} could not be judged. Every answer that \
-         differs was put into its form; images of problems (renumbered, regrouped, mirrored, turned, in other units) must have the same fields, and terms that are doubled or halved the same integrals.",
+    let drawn = text!(
+        "{} of {}, drawn with seed {}, in {}: {} agree, {} differ only by rounding, {} could not be judged. ",
         problems.clone(),
-        count(outcome.forms, "form"),
+        match outcome.files {
+            true => "as many meshes".to_owned(),
+            false => count(outcome.forms, "form"),
+        },
         outcome.seed.to_string(),
         outcome.engines.join(", "),
         outcome.agree.to_string(),
         outcome.conditioned.to_string(),
         outcome.refused.to_string()
     );
+    let how = match outcome.files {
+        true => text!(
+            "Each library writes each mesh in one format, and every library reads the file; what differs from what was drawn is a finding, \
+             except where the library refuses with a message or the format cannot hold it."
+        ),
+        false => text!(
+            "Every answer that differs was put into its form; images of problems (renumbered, regrouped, mirrored, turned, in other units) must have \
+             the same fields, and terms that are doubled or halved the same integrals."
+        ),
+    };
+    report.story.rests_on = Text::joined([drawn, how], "");
     let findings = outcome.findings.iter();
     let rows = findings.clone().map(|of| {
         (
@@ -75,18 +91,27 @@ pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Repor
             Block::heading(2, format!("{} {}", finding.name(k), finding.kind.words())),
             Block::text(Text::message(&finding.words)),
             Block::text(format!(
-                "The smallest form that was found, on {}:",
+                "The smallest case that was found, on {}:",
                 finding.mesh
             )),
             Block::Commands(vec![finding.form.clone()]),
         ]));
     }
     if let (Some(folder), Some(first)) = (folder, outcome.findings.first()) {
-        let path = folder.join(first.name(0)).join("form.toml");
-        report.story.next.push(Todo::new(
-            "Run the first of them again, in the code and in those that it is held against",
-            [format!("faceoff verify {}", path.display())],
-        ));
+        let again = match outcome.files {
+            true => format!(
+                "faceoff hunt --files --seed {} --count {}",
+                outcome.seed, first.first
+            ),
+            false => format!(
+                "faceoff verify {}",
+                folder.join(first.name(0)).join(&first.file).display()
+            ),
+        };
+        report
+            .story
+            .next
+            .push(Todo::new("Run the first of them again", [again]));
     }
     let cases = outcome.engines.iter().map(|code| {
         let wrong: Vec<&Finding> = outcome

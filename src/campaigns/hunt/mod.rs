@@ -1,5 +1,6 @@
 //! Random forms in every code: what differs, or moves where it must not, is made smaller while it does, and told once by its cause.
 
+mod files;
 mod trial;
 
 use std::path::Path;
@@ -14,6 +15,7 @@ use faceoff_judge::Verdict;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Place, Result};
 use faceoff_mesh::mesh::Mesh;
+pub use files::LIBRARIES;
 use trial::{Integrals, Trial, rewritten, symmetric, trial};
 pub use trial::{Kind, Suspect};
 
@@ -32,6 +34,8 @@ const FEW: usize = 8;
 pub struct HuntRequest {
     /// The codes that solve forms, by name; one alone is held against its own answers to images of a problem.
     pub engines: Vec<String>,
+    /// Whether meshes are written and read by libraries, which `engines` then names, instead of forms solved by codes.
+    pub files: bool,
     /// Of the forms that are drawn.
     pub seed: u64,
     /// After so many problems the hunt ends; none: when it is told to.
@@ -47,6 +51,8 @@ pub struct HuntRequest {
 pub struct HuntOutcome {
     /// The codes.
     pub engines: Vec<String>,
+    /// Whether files were written and read instead of forms solved.
+    pub files: bool,
     /// Of the forms that were drawn.
     pub seed: u64,
     /// Problems so far.
@@ -76,8 +82,10 @@ pub struct Finding {
     pub cause: String,
     /// What was found, as a sentence without a full stop.
     pub words: String,
-    /// The form file of the smallest case; a mesh that no generator makes is `mesh.msh` beside it.
+    /// The smallest case: a form file, for which a mesh that no generator makes is `mesh.msh` in the same folder, or of files the mesh as JSON.
     pub form: String,
+    /// The name of the file that holds it.
+    pub file: String,
     /// That mesh.
     #[serde(skip)]
     pub grid: Option<Mesh>,
@@ -104,6 +112,7 @@ impl HuntOutcome {
     fn new(request: &HuntRequest) -> Self {
         HuntOutcome {
             engines: request.engines.clone(),
+            files: request.files,
             seed: request.seed,
             problems: 0,
             forms: 0,
@@ -165,31 +174,21 @@ pub fn hunt(
         if request.count.is_some_and(|count| number >= count) {
             break;
         }
-        // Each form has its own random numbers, so that a hunt that goes on draws what it would have drawn.
-        let (of_form, turn) = (number / OF_ONE, number % OF_ONE);
-        let (drawn, mut random, before) = match kept.take() {
-            Some(kept) if turn > 0 => kept,
-            _ => {
-                // What was drawn for the problems of this form that an earlier hunt had.
-                let (drawn, mut random) = form(request.seed, of_form);
-                (2..turn).for_each(|_| drop(another(&drawn, &mut random)));
-                (drawn, random, None)
-            }
-        };
         let label = format!("problem {}, {} found", number + 1, outcome.findings.len());
         let share = match request.count {
             Some(count) => (number - start) as f64 / (count - start).max(1) as f64,
             None => 0.0,
         };
         progress.next(&label, share);
-        let of = (&drawn, turn, before.as_ref());
-        let integrals = match problem(request, of, &mut random, of_form, &mut outcome) {
-            Err(Error::Ended(_)) => break,
-            done => done?,
+        let done = match request.files {
+            true => files::problem(request, number, &mut outcome),
+            false => of_forms(request, number, &mut kept, &mut outcome),
         };
-        kept = Some((drawn, random, integrals));
+        outcome.forms = match done {
+            Err(Error::Ended(_)) => break,
+            forms => forms?,
+        };
         outcome.problems = number + 1;
-        outcome.forms = of_form + 1;
         outcome.seconds = earlier + begun.elapsed().as_secs_f64();
         each(&outcome)?;
         if cancel::check().is_err() {
@@ -199,9 +198,38 @@ pub fn hunt(
     Ok(outcome)
 }
 
+/// The problem of this number, where `kept` has the form of the last one; returns the number of forms so far.
+fn of_forms(
+    request: &HuntRequest,
+    number: usize,
+    kept: &mut Option<(Drawn, Random, Option<Integrals>)>,
+    outcome: &mut HuntOutcome,
+) -> Result<usize> {
+    // Each form has its own random numbers, so that a hunt that goes on draws what it would have drawn.
+    let (of_form, turn) = (number / OF_ONE, number % OF_ONE);
+    let (drawn, mut random, before) = match kept.take() {
+        Some(kept) if turn > 0 => kept,
+        _ => {
+            // What was drawn for the problems of this form that an earlier hunt had.
+            let (drawn, mut random) = form(request.seed, of_form);
+            (2..turn).for_each(|_| drop(another(&drawn, &mut random)));
+            (drawn, random, None)
+        }
+    };
+    let of = (&drawn, turn, before.as_ref());
+    let integrals = problem(request, of, &mut random, of_form, outcome)?;
+    *kept = Some((drawn, random, integrals));
+    Ok(of_form + 1)
+}
+
+/// The random numbers of a form or mesh.
+fn numbers(seed: u64, number: usize) -> Random {
+    Random::new(seed.wrapping_mul(1_000_003).wrapping_add(number as u64))
+}
+
 /// The form of this number.
 fn form(seed: u64, number: usize) -> (Drawn, Random) {
-    let mut random = Random::new(seed.wrapping_mul(1_000_003).wrapping_add(number as u64));
+    let mut random = numbers(seed, number);
     let shape = Shape::new(&mut random);
     let grammar = Grammar::on(shape);
     (Drawn::new(&mut random, &grammar, shape), random)
@@ -308,26 +336,7 @@ fn keep(
         known.times += 1;
         return Ok(());
     }
-    let (mut smallest, mut last, mut tried) = (drawn.clone(), suspect.clone(), 0);
-    let mut at = 0;
-    // What hangs takes as long each time.
-    let most = if suspect.kind == Kind::Hangs {
-        FEW
-    } else {
-        TRIES
-    };
-    while let Some(simpler) = smallest.simpler().get(at)
-        && tried < most
-    {
-        tried += 1;
-        match wrong(simpler) {
-            Ok(Some(of)) => (smallest, last) = (simpler.clone(), of),
-            Ok(None) => at += 1,
-            // What was found so far counts.
-            Err(Error::Ended(_)) => break,
-            Err(error) => return Err(error),
-        }
-    }
+    let (smallest, last, tried) = smaller(drawn, &suspect, Drawn::simpler, &wrong)?;
     let cause = match (rules, last.cause.clone()) {
         (None, Some(cause)) => cause,
         _ => smallest.key(),
@@ -349,6 +358,7 @@ fn keep(
         cause,
         words: last.words,
         form: smallest.text("found") + &generator.unwrap_or_else(|| FILE.to_owned()),
+        file: "form.toml".to_owned(),
         grid,
         mesh: smallest.shape.words(),
         first: number,
@@ -357,4 +367,33 @@ fn keep(
         tried,
     });
     Ok(())
+}
+
+/// Takes the first of the simpler cases that is wrong in the same way, again and again; the last one, what is wrong there, and the number of cases tried.
+fn smaller<C: Clone>(
+    drawn: &C,
+    suspect: &Suspect,
+    simpler: fn(&C) -> Vec<C>,
+    wrong: &dyn Fn(&C) -> Result<Option<Suspect>>,
+) -> Result<(C, Suspect, usize)> {
+    let (mut smallest, mut last, mut tried) = (drawn.clone(), suspect.clone(), 0);
+    let mut at = 0;
+    // A case that hangs takes the time limit each time.
+    let most = match suspect.kind {
+        Kind::Hangs => FEW,
+        _ => TRIES,
+    };
+    while let Some(case) = simpler(&smallest).get(at)
+        && tried < most
+    {
+        tried += 1;
+        match wrong(case) {
+            Ok(Some(of)) => (smallest, last) = (case.clone(), of),
+            Ok(None) => at += 1,
+            // What was found so far counts.
+            Err(Error::Ended(_)) => break,
+            Err(error) => return Err(error),
+        }
+    }
+    Ok((smallest, last, tried))
 }

@@ -234,7 +234,7 @@ fn judged(outcome: &FaceOffOutcome, seconds: f64, patience: Duration) -> Trial {
 }
 
 /// How a program failed, without the numbers and places of one run.
-fn plain(failure: &str) -> String {
+pub(super) fn plain(failure: &str) -> String {
     let words = failure
         .split_whitespace()
         .filter(|word| !word.contains('/'));

@@ -154,9 +154,14 @@ pub(in crate::cli) struct Matrix {
 /// Exit code: 0 nothing was found; 1 something was; 2 nothing could be judged.
 #[derive(Args)]
 pub(in crate::cli) struct Hunt {
-    /// Codes that solve forms; a single one is compared with its own answers to images of a problem
-    #[arg(long, value_name = "CODE,CODE,…", value_delimiter = ',', default_values = ["rust", "freefem", "dolfinx", "scikit-fem"])]
+    /// Codes that solve forms; a single one is compared with its own answers to images of a problem [default: rust, freefem, dolfinx, scikit-fem;
+    /// with --files rust, meshio, vtk, gmsh]
+    #[arg(long, value_name = "CODE,CODE,…", value_delimiter = ',')]
     pub engines: Vec<String>,
+    /// Instead of forms, draw meshes with fields and groups, write each with every library, read the files with every other, and compare with what
+    /// was drawn
+    #[arg(long)]
+    pub files: bool,
     /// Of what is drawn: the same forms for the same seed
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
