@@ -1,11 +1,11 @@
-//! `faceoff hunt` finds what is planted in a code of this machine, and nothing in codes as they are.
+//! `faceoff hunt` finds what is planted in a code or library of this machine, and nothing in codes as they are.
 
 use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
 
-use crate::common::{Ran, assert_valid, faceoff, folder, told, write};
+use crate::common::{Ran, assert_valid, faceoff, folder, source, told, write};
 
 /// FreeFEM behind a program of the same name, which changes each script before or does something else.
 fn freefem(at: &Path, does: &str) {
@@ -142,5 +142,69 @@ fn nothing_is_found_in_codes_as_they_are_and_a_hunt_goes_on() {
         let words = format!("hunt {words} --count 1");
         let ran = told(faceoff(at).args(words.split(' ')).output().unwrap());
         assert_eq!(ran.code, Some(2), "{}", ran.stdout);
+    }
+}
+
+/// A Python with meshio, VTK and Gmsh, which changes the script that it runs.
+fn python(at: &Path, does: &str) -> std::path::PathBuf {
+    let real = source("target/python/bin/python3");
+    let text = format!(
+        "#!/bin/sh\n[ \"$1\" = -I ] || exec {real} \"$@\"\nexec {real} -I -c \"$(printf '%s' \"$3\" | sed '{does}')\" \"$4\" \"$5\"\n",
+        real = real.display()
+    );
+    let program = write(at, "bin/python-of-libraries", &text);
+    let mut rights = fs::metadata(&program).unwrap().permissions();
+    std::os::unix::fs::PermissionsExt::set_mode(&mut rights, 0o755);
+    fs::set_permissions(&program, rights).unwrap();
+    program
+}
+
+#[test]
+fn planted_faults_of_files_are_found_and_nothing_in_files_as_they_are() {
+    for (does, words) in [
+        ("", None),
+        // One library reads a point in another place.
+        (
+            "s/list(grid.GetPoint(k))/[1.001 * x for x in grid.GetPoint(k)]/",
+            Some("a point is lost"),
+        ),
+        (
+            "s/return grid$/grid.GetPointData().Initialize(); return grid/",
+            Some("is lost"),
+        ),
+        (
+            "s/reader.Update()/os.kill(os.getpid(), 11)/",
+            Some("signal"),
+        ),
+        ("s/reader.Update()/time.sleep(60)/", Some("hangs")),
+    ] {
+        let folder = folder();
+        let at = folder.path();
+        let program = python(at, does);
+        let ran = told(
+            faceoff(at)
+                .args("hunt --files --engines rust,vtk --count 12 --patience 4s --out found --json o.json --quiet".split(' '))
+                .env("FACEOFF_PYTHON", program)
+                .output()
+                .unwrap(),
+        );
+        assert_valid("json", "src/report/schema/hunt-1.json", &at.join("o.json"));
+        let found: Value =
+            serde_json::from_str(&fs::read_to_string(at.join("o.json")).unwrap()).unwrap();
+        let all = found["findings"].as_array().unwrap();
+        match words {
+            None => {
+                assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+                assert!(found["agree"].as_u64().unwrap() > 0, "{found:#}");
+            }
+            Some(words) => {
+                assert_eq!(ran.code, Some(1), "{does}: {}{}", ran.stdout, ran.stderr);
+                let is_it = |of: &&Value| of["code"].as_str().unwrap().contains("vtk");
+                let one = all.iter().find(is_it).unwrap_or_else(|| panic!("{all:#?}"));
+                assert!(one.to_string().contains(words), "{does}: {one:#}");
+                let place = format!("found/{}-1/case.json", one["code"].as_str().unwrap());
+                assert!(at.join(&place).exists(), "{place}");
+            }
+        }
     }
 }

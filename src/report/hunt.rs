@@ -117,7 +117,7 @@ pub fn hunt<'a>(outcome: &'a HuntOutcome, folder: Option<&Path>) -> Result<Repor
         let wrong: Vec<&Finding> = outcome
             .findings
             .iter()
-            .filter(|of| of.code == *code)
+            .filter(|of| of.is_of(code))
             .collect();
         let words: Vec<&str> = wrong.iter().map(|of| &*of.words).collect();
         let verdict = match (wrong.is_empty(), verdict) {

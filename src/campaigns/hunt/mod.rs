@@ -29,6 +29,8 @@ const DEGREE: &str = "(degree=";
 const TRIES: usize = 40;
 /// The same of what takes long.
 const FEW: usize = 8;
+/// Between the names of two codes of which one is wrong.
+const OR: &str = "-or-";
 
 /// What is asked.
 pub struct HuntRequest {
@@ -102,6 +104,11 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// Whether this code is wrong, or one of two of which one is.
+    pub fn is_of(&self, code: &str) -> bool {
+        self.code.split(OR).any(|of| of == code)
+    }
+
     /// The name of its folder: the code and the place in the list.
     pub fn name(&self, k: usize) -> String {
         format!("{}-{}", self.code, k + 1)

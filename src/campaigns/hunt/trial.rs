@@ -131,7 +131,12 @@ pub fn trial(drawn: &Drawn, engines: &[String], patience: Duration) -> Result<(T
     let integrals = integrals(&outcome);
     let found = match judged(&outcome, seconds, patience) {
         Trial::Wrong(suspects) => Trial::Wrong(suspects),
-        found => off(&integrals).map_or(found, Trial::Wrong),
+        found => match off(&integrals) {
+            None => found,
+            // A nonlinear form may have further solutions: codes that find the same one are not wrong.
+            Some(all) if all.len() == integrals.len() && all.len() > 1 => Trial::Conditioned,
+            Some(suspects) => Trial::Wrong(suspects),
+        },
     };
     Ok((found, integrals))
 }

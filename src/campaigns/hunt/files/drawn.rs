@@ -77,7 +77,7 @@ pub const FORMATS: [Format; 12] = [
     ),
     format(
         ["med", "med", "med", "med"],
-        &["rust", "meshio"],
+        &["rust", "meshio", "gmsh"],
         FIELDS,
         true,
     ),
@@ -90,7 +90,7 @@ pub const FORMATS: [Format; 12] = [
     format(
         ["exodus", "e", "exodus", "exodus"],
         &["rust", "meshio"],
-        [true, false, false],
+        BARE,
         true,
     ),
     format(

@@ -11,7 +11,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::trial::{Kind, Suspect, plain};
-use super::{Finding, HuntOutcome, HuntRequest, numbers, smaller};
+use super::{Finding, HuntOutcome, HuntRequest, OR, numbers, smaller};
 use crate::engine::{OWN, python_with};
 use drawn::{Drawn, FORMATS, Format};
 use faceoff_mesh::error::{Error, Result};
@@ -182,33 +182,22 @@ fn trial(
                 "in {} that {writer} wrote and {reader} read: {what}",
                 format.name
             );
-            let right = right.join(" and ");
-            if !right.is_empty() && !is_by_itself {
-                let words = format!("{tale}; {right} read what was drawn");
-                add(reader, *kind, "reading", what, words);
-            } else if !right.is_empty() {
-                let words = format!(
-                    "{tale}; {right} reads its own file right, and no third library decides"
-                );
-                add(
-                    reader,
-                    *kind,
-                    &format!("undecided, written by {writer}"),
-                    what,
-                    words,
-                );
+            let tale = format!(
+                "{tale}; {}",
+                match right.is_empty() {
+                    true => "no library reads what was drawn".to_owned(),
+                    false => format!("{} read what was drawn", right.join(" and ")),
+                }
+            );
+            if !is_by_itself {
+                add(reader, *kind, "reading", what, tale);
             } else if others > 1 || reader == writer {
-                let words = format!("{tale}; no library reads what was drawn");
-                add(writer, *kind, "writing and reading", what, words);
+                // A writer that reads its own file right, unlike all others, is wrong twice.
+                add(writer, *kind, "writing", what, tale);
             } else {
-                let words = format!("{tale}; no third library decides");
-                add(
-                    reader,
-                    *kind,
-                    &format!("undecided, written by {writer}"),
-                    what,
-                    words,
-                );
+                let tale = format!("{tale}; no third library decides");
+                let code = format!("{writer}{OR}{reader}");
+                add(&code, *kind, "writing or reading", what, tale);
             }
         }
     }
