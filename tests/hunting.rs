@@ -183,7 +183,7 @@ fn planted_faults_of_files_are_found_and_nothing_in_files_as_they_are() {
         let program = python(at, does);
         let ran = told(
             faceoff(at)
-                .args("hunt --files --engines rust,vtk --count 12 --patience 4s --out found --json o.json --quiet".split(' '))
+                .args("hunt --files --engines rust,vtk --count 12 --patience 10s --out found --json o.json --quiet".split(' '))
                 .env("FACEOFF_PYTHON", program)
                 .output()
                 .unwrap(),

@@ -1,5 +1,7 @@
 """Writes a mesh with each library, and reads each file with every other one; each task is a process, since a library may crash."""
 
+import functools
+import importlib
 import json
 import os
 import select
@@ -45,7 +47,7 @@ def back(name, on, values):
     if values.dtype.kind not in "fiub":
         return None
     rows = len(values)
-    numbers = [None if v != v else v for v in values.ravel().tolist()]
+    numbers = [None if np.isnan(v) else v for v in values.ravel().tolist()]
     components = values.size // rows if rows else 1
     kind = "f8" if values.dtype.kind == "f" else "i8"
     return {"name": str(name), "on": on, "components": components, "type": kind, "values": numbers}
@@ -251,7 +253,7 @@ def apart(task, limit):
     child = os.fork()
     if child == 0:
         os.close(reads)
-        log = tempfile.TemporaryFile()
+        log = tempfile.TemporaryFile()  # noqa: SIM115 - it lives as long as the process
         os.dup2(log.fileno(), 1)
         os.dup2(log.fileno(), 2)
         try:
@@ -267,7 +269,7 @@ def apart(task, limit):
             came = {"refused": str(error)}
         except INTERNAL as error:
             came = {"crash": f"{type(error).__name__}: {error}"[:200]}
-        except BaseException as error:
+        except BaseException as error:  # noqa: BLE001 - whatever it is, it has words
             came = {"refused": f"{type(error).__name__}: {error}"[:200]}
         with os.fdopen(writes, "wb") as pipe:
             pipe.write(json.dumps(came).encode())
@@ -296,17 +298,21 @@ def main():
     with open(sys.argv[1]) as file:
         job = json.load(file)
     here = globals()
+    # The time to load a library is not that of a task.
+    for name in {task["library"] for task in job["tasks"]}:
+        importlib.import_module(name)
     came, failed = [], set()
     for task in job["tasks"]:
         does = here[f"{task['library']}_{task['does']}"]
+        of = (task["path"], task["format"])
         if task["does"] == "write":
-            came.append(apart(lambda: does(job["case"], task["path"], task["format"]), job["limit"]))
+            came.append(apart(functools.partial(does, job["case"], *of), job["limit"]))
             if "done" not in came[-1]:
                 failed.add(task["path"])
         elif task["path"] in failed or not os.path.exists(task["path"]):
             came.append({"refused": "there is no file"})
         else:
-            came.append(apart(lambda: does(task["path"], task["format"]), job["limit"]))
+            came.append(apart(functools.partial(does, *of), job["limit"]))
     with open(sys.argv[2], "w") as file:
         json.dump(came, file)
 
