@@ -2,14 +2,15 @@
 
 use std::fmt;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use faceoff_mesh::error::Result;
 use faceoff_mesh::mesh::Triangulation;
 use faceoff_mesh::mesh::generate::union_jack;
 
 /// The meshes that may be the paper's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Pattern {
     /// The first diagonal cuts off the corner (0, 0): our generator's, and dolfinx's `left_right`.
     UnionJack,
@@ -46,18 +47,10 @@ impl Pattern {
     }
 }
 
+/// The name in JSON.
 impl fmt::Display for Pattern {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Pattern::UnionJack => "union-jack",
-            Pattern::Exchanged => "exchanged",
-        })
-    }
-}
-
-impl Serialize for Pattern {
-    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
+        self.serialize(f)
     }
 }
 
