@@ -242,15 +242,7 @@ impl Space {
         let [(a, size), (b, other)] = [0, 1].map(|which| both.times(which, &w));
         let sizes: Vec<f64> = size.iter().zip(&other).map(|(a, b)| a.max(*b)).collect();
         let terms = self.columns(both, &w, &sizes, 0..self.bilinear.len());
-        let scaled = |of: &dyn Fn(usize) -> f64| {
-            self.rows
-                .iter()
-                .map(|row| over(both, *row, of(*row), &sizes))
-                .collect()
-        };
-        let more: Vec<f64> = scaled(&|row| b[row] - a[row]);
-        let whole: Vec<f64> = scaled(&|row| a[row]);
-        told(&terms, name, &more, &whole)
+        self.told(both, &terms, name, &sizes, |row| [a[row], b[row]])
     }
 
     /// The coefficients of each term in the loads.
@@ -268,16 +260,25 @@ impl Space {
             &sizes,
             bilinear..bilinear + self.linear.len(),
         );
-        let value = |which: usize, row: usize| both.load(which, row).0;
-        let scaled = |of: &dyn Fn(usize) -> f64| {
-            self.rows
-                .iter()
-                .map(|row| over(both, *row, of(*row), &sizes))
+        let values = |row| [0, 1].map(|which| both.load(which, row).0);
+        self.told(both, &terms, name, &sizes, values)
+    }
+
+    /// The coefficients with which the terms give the values of the two systems.
+    fn told(
+        &self,
+        both: &Both<'_>,
+        terms: &Terms,
+        name: &str,
+        sizes: &[f64],
+        values: impl Fn(usize) -> [f64; 2],
+    ) -> Vec<OfTerm> {
+        let scaled = |of: &dyn Fn([f64; 2]) -> f64| -> Vec<f64> {
+            let rows = self.rows.iter();
+            rows.map(|row| over(both, *row, of(values(*row)), sizes))
                 .collect()
         };
-        let more: Vec<f64> = scaled(&|row| value(1, row) - value(0, row));
-        let whole: Vec<f64> = scaled(&|row| value(0, row));
-        told(&terms, name, &more, &whole)
+        told(terms, name, &scaled(&|[a, b]| b - a), &scaled(&|[a, _]| a))
     }
 }
 
