@@ -69,41 +69,26 @@ fn words(of: &OfSystems) -> Text {
     found.or(why).unwrap_or_default()
 }
 
-/// A row of the table.
-struct Row<'a> {
-    of: &'a OfSystems,
-    what: Text,
-    rows: usize,
-    largest: f64,
-    factor: Option<f64>,
-}
-
 /// All blocks of the matrices, and the right-hand sides.
 pub fn blocks(all: &[OfSystems]) -> Table {
     let mut rows = Vec::new();
     for of in all {
         let Some(found) = &of.found else { continue };
         let found = &found.compared;
-        rows.extend(found.matrix.iter().map(|block| Row {
-            of,
-            what: text!("matrix, `{block.of}` with `{block.with}`"),
-            rows: block.differs.rows,
-            largest: block.largest,
-            factor: block.factor,
+        rows.extend(found.matrix.iter().map(|block| {
+            let what = text!("matrix, `{block.of}` with `{block.with}`");
+            (of, what, &block.differs, block.largest, block.factor)
         }));
-        rows.extend(found.load.iter().map(|load| Row {
-            of,
-            what: text!("load, `{load.of}`"),
-            rows: load.differs.rows,
-            largest: load.largest,
-            factor: load.factor,
+        rows.extend(found.load.iter().map(|load| {
+            let what = text!("load, `{load.of}`");
+            (of, what, &load.differs, load.largest, load.factor)
         }));
     }
-    table!("Differences of the linear systems by blocks", &rows, |row|
-        "codes" => format!("{} – {}{}", row.of.a, row.of.b, row.of.level.at()),
-        "of" => row.what.clone(),
-        "rows that differ" => whole(row.rows),
-        "largest difference" => super::model::Cell::size(row.largest),
-        "factor" => row.factor.map(|factor| crate::text::number::number(factor, 6)),
+    table!("Differences of the linear systems by blocks", rows, |(of, what, differs, largest, factor)|
+        "codes" => format!("{} – {}{}", of.a, of.b, of.level.at()),
+        "of" => what,
+        "rows that differ" => whole(differs.rows),
+        "largest difference" => super::model::Cell::size(largest),
+        "factor" => factor.map(|factor| crate::text::number::number(factor, 6)),
     )
 }
