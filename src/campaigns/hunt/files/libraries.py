@@ -185,7 +185,8 @@ def gmsh_start():
     import gmsh
 
     gmsh.initialize(interruptible=False)
-    gmsh.option.setNumber("General.Terminal", 0)
+    # Only warnings and errors, which are what it says of losses.
+    gmsh.option.setNumber("General.Verbosity", 2)
     return gmsh
 
 
