@@ -1,18 +1,18 @@
-//! A text that is made of lines of another, so that what is wrong in it can be told at its place there.
+//! A text that is generated from the lines of another one, so that an error in it is reported at the line that it comes from.
 
 use faceoff_mesh::error::{Error, Place};
 
-/// A text in the making.
+/// The generated text, and the origin of each of its lines.
 #[derive(Debug, Clone, Default)]
 pub struct Lines {
-    /// With line ends.
+    /// The text, with line ends.
     pub text: String,
-    /// Of each line, the line that it comes from, and whether it stands there word for word.
+    /// For each line, the line that it comes from, and whether it is an exact copy of it.
     origins: Vec<(usize, bool)>,
 }
 
 impl Lines {
-    /// Adds what stands in the other text from the start of a line on.
+    /// Adds lines that are copied unchanged from the other text, the first of them from `line`.
     pub fn copy(&mut self, line: usize, text: &str) {
         for (k, part) in text.lines().enumerate() {
             self.text += part;
@@ -21,7 +21,7 @@ impl Lines {
         }
     }
 
-    /// Adds what is made because of a line there.
+    /// Adds lines that are generated because of `line` of the other text.
     pub fn make(&mut self, line: usize, text: &str) {
         for part in text.lines() {
             self.text += part;
@@ -30,7 +30,7 @@ impl Lines {
         }
     }
 
-    /// An error in this text as one in the other.
+    /// An error in this text, at its place in the other text.
     pub fn told(&self, error: Error) -> Error {
         let origin = |line: usize| self.origins.get(line.saturating_sub(1)).copied();
         match error {

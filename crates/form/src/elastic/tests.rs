@@ -1,4 +1,4 @@
-//! Scenes of elasticity: what each lowers to, and what is refused, at its place.
+//! Scenes of elasticity: the form of each, and the errors, with the line that each is reported at.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -27,7 +27,7 @@ fn transition() -> &'static str {
     builtin("elastic-transition").unwrap()
 }
 
-/// The scene by `cr` is the form of the gallery, which was written by hand.
+/// The form of the scene with `cr` has the solution of the form in the gallery, which was written by hand.
 #[test]
 fn a_scene_is_the_form_that_one_would_write() {
     let on = union_jack(4, [1.0, 1.0]);
@@ -61,7 +61,7 @@ fn built_in_scenes_are_forms_by_every_method() {
     }
 }
 
-/// A block in space, pressed onto a plane by a uniform pressure p: u = p/E (νx, νy, -z), but for the height of the plane.
+/// A block in 3D, pressed onto a plane by a uniform pressure p: u = p/E (νx, νy, -z), plus the height of the plane.
 #[test]
 fn a_scene_in_space_passes_the_patch_test() {
     let text = r#"
@@ -114,7 +114,7 @@ fn faults_are_told_at_their_place_in_the_scene() {
         assert!(found.contains(what), "{found}");
     };
     let wrong = told("s = \"max(x - 1/2, 0)\"", "s = \"max(x - q, 0)\"");
-    // Where it is used.
+    // An error in a definition is reported where the definition is used.
     begins(
         wrong,
         format!("s.toml:{}:", line("f = ")),
@@ -173,7 +173,7 @@ fn faults_are_told_at_their_place_in_the_scene() {
     assert!(wrong.contains("rewards what contact forbids"), "{wrong}");
 }
 
-/// The method is symmetric for θ = (-1, 1) alone, which is Chouly, Hild and Renard's θ = 1.
+/// The method is symmetric only for θ = (-1, 1), which is Chouly, Hild and Renard's θ = 1.
 #[test]
 fn the_sign_of_theta_is_that_of_the_family() {
     let on = union_jack(2, [1.0, 1.0]);
@@ -188,7 +188,7 @@ fn the_sign_of_theta_is_that_of_the_family() {
             .iter()
             .map(|(i, j, a)| ((*i, *j), *a))
             .collect();
-        // Rows of the identity are of given dofs.
+        // A row of the identity belongs to a constrained dof.
         let is_held = |i: u32| entries.keys().filter(|(row, _)| *row == i).count() == 1;
         let free = entries
             .iter()
@@ -203,7 +203,7 @@ fn the_sign_of_theta_is_that_of_the_family() {
     assert!(asymmetry("p2(0,1)") > 1e-2);
 }
 
-/// Sliding with Coulomb's friction, and with Tresca's of the same size, by the patch test; and more of it than there is sticks.
+/// The patch test of sliding, with Coulomb friction and with Tresca friction of the same magnitude; with twice that friction, the block sticks.
 #[test]
 fn friction_passes_the_patch_test() {
     let on = union_jack(4, [1.0, 1.0]);
@@ -225,7 +225,7 @@ fn friction_passes_the_patch_test() {
     let stronger = tresca.replace("friction = \"q*p\"", "friction = \"2*q*p\"");
     let solution = solve(&form(&stronger, "cr", &on).unwrap(), &on).unwrap();
     let (_, fields) = output(&solution.assembler, &solution.u);
-    // What it is dragged to on the left it does not slip to elsewhere.
+    // The displacement that is given on the left is then not reached by slip elsewhere.
     let largest = fields[0].values.to_f64().into_iter().fold(0.0, f64::max);
     assert!((largest - (0.039 + 0.104 + 0.2)).abs() > 1e-3, "{largest}");
 }
