@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
@@ -10,6 +11,7 @@ use crate::campaigns::face_off::{FaceOffOutcome, Running, face_off};
 use crate::engine::{OWN, Silent};
 use crate::run::{Code, FaceOff};
 use crate::text::number::size;
+use faceoff_form::Problem;
 use faceoff_form::image::Image;
 use faceoff_form::random::{Drawn, PATCH, Rewritten};
 use faceoff_judge::Verdict;
@@ -133,12 +135,24 @@ pub fn trial(drawn: &Drawn, engines: &[String], patience: Duration) -> Result<(T
         Trial::Wrong(suspects) => Trial::Wrong(suspects),
         found => match off(&integrals) {
             None => found,
-            // A nonlinear form may have further solutions: codes that find the same one are not wrong.
-            Some(all) if all.len() == integrals.len() && all.len() > 1 => Trial::Conditioned,
+            // A nonlinear form may have further solutions, which are what codes find that agree and leave no residual.
+            Some(all)
+                if matches!(found, Trial::Agree)
+                    && all.len() == integrals.len()
+                    && all.len() > 1
+                    && !is_linear(drawn)? =>
+            {
+                Trial::Conditioned
+            }
             Some(suspects) => Trial::Wrong(suspects),
         },
     };
     Ok((found, integrals))
+}
+
+fn is_linear(drawn: &Drawn) -> Result<bool> {
+    let mesh = drawn.shape.mesh()?;
+    Ok(Problem::parse(Path::new("hunt"), &drawn.text("hunt"), &mesh)?.is_linear())
 }
 
 /// The codes whose answers are not the polynomial that solves the form, where one does.
