@@ -142,7 +142,7 @@ fn the_page_has_what_the_installed_releases_do() {
     files.sort();
     assert!(files.len() >= 12, "{}", files.len());
     let mut text = String::from(
-        "# What was found\n\nFaults and surprises of released codes that came up while faceoff was built, each with a script that needs that code alone.\n\
+        "# What was found\n\nFaults and surprises of released codes that came up while faceoff was built, each with a script that needs only that code.\n\
          `tests/found.rs` runs them and writes this page. No code is free of faults, and those here are named so that nobody has to find them\n\
          again; what is documented or meant is called a choice.\n",
     );

@@ -1,4 +1,4 @@
-//! Random forms in every code: what differs, or moves where it must not, is made smaller while it does, and told once by its cause.
+//! Random forms in every code: what differs, or moves where it must not, is made smaller while it does, and reported once for each cause.
 
 mod files;
 mod trial;
@@ -34,13 +34,13 @@ const OR: &str = "-or-";
 
 /// What is asked.
 pub struct HuntRequest {
-    /// The codes that solve forms, by name; one alone is held against its own answers to images of a problem.
+    /// The codes that solve forms, by name; a single code is compared with its own answers to images of a problem.
     pub engines: Vec<String>,
     /// Whether meshes are written and read by libraries, which `engines` then names, instead of forms solved by codes.
     pub files: bool,
     /// Of the forms that are drawn.
     pub seed: u64,
-    /// After so many problems the hunt ends; none: when it is told to.
+    /// The number of problems after which the hunt ends; none if it ends by its time limit or an interruption.
     pub count: Option<usize>,
     /// A code that takes longer than this hangs.
     pub patience: Duration,
@@ -80,7 +80,7 @@ pub struct Finding {
     pub code: String,
     /// What it does.
     pub kind: Kind,
-    /// By what findings are told apart: the change that explains it, or the form in its smallest case.
+    /// What distinguishes one finding from another: the change that explains it, or the form in its smallest case.
     pub cause: String,
     /// What was found, as a sentence without a full stop.
     pub words: String,
@@ -91,7 +91,7 @@ pub struct Finding {
     /// That mesh.
     #[serde(skip)]
     pub grid: Option<Mesh>,
-    /// The mesh in words.
+    /// A description of the mesh.
     pub mesh: String,
     /// The number of the problem that showed it first, from 1.
     pub first: usize,

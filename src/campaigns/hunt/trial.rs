@@ -87,7 +87,7 @@ fn solved(
     patience: Duration,
     images: &[Image],
 ) -> Result<Option<(FaceOffOutcome, f64)>> {
-    // Codes alone are judged by what their answers do under symmetries.
+    // A single code is judged by what its answers do under symmetries.
     let mut names = engines.to_vec();
     if names.len() == 1 {
         let other = if names[0] == OWN { "freefem" } else { OWN };
@@ -96,7 +96,7 @@ fn solved(
     let mut text = drawn.text("hunt");
     let _ = writeln!(text, "[codes]\nuse = {names:?}");
     for (name, value) in drawn.invariants() {
-        // They are told only.
+        // They are reported, not judged.
         let _ = writeln!(text, "[numbers.{name}]\nvalue = \"{value}\"\nrtol = 1e99");
     }
     let mut of = FaceOff::on(&text, drawn.shape.mesh()?)?;
@@ -348,7 +348,7 @@ pub fn symmetric(
     })
 }
 
-/// What is wrong with the answers to a problem in other words: as of any problem, or beside the answers to the problem itself, whose integrals may
+/// What is wrong with the answers to a problem written in another way: as for any problem, or compared with the answers to the problem itself, whose integrals may
 /// be known.
 ///
 /// # Errors

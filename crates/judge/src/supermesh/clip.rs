@@ -254,7 +254,7 @@ mod tests {
                 prop_assert!(ab <= of_a.min(of_b) + 1e-13);
                 prop_assert!((intersection(dim, &a, &a) - of_a).abs() < 1e-13);
                 // b is a corner replaced by p: if p is on the inside of all faces that meet there, a holds b; and a and the
-                // others, with p in place of each corner, add up to a where p is inside.
+                // others, with p instead of each corner, add up to a where p is inside.
                 let mut sum = 0.0;
                 for k in 0..=dim {
                     let mut part = b;

@@ -22,7 +22,7 @@ pub(super) const PYRAMID: [[f64; 3]; 5] = [
     [0.0, 0.0, 1.0],
 ];
 
-/// The basis function of a pyramid that is no polynomial.
+/// The basis function of a pyramid that is not a polynomial.
 const PRODUCT: usize = 3;
 
 /// xy/(1 - z) with its gradient: with 1, x, y and z all that is linear on the triangles and bilinear on the square of a pyramid (Bedrosian,

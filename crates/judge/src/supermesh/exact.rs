@@ -16,7 +16,7 @@ use faceoff_mesh::parallel;
 /// Value and gradient of a component at a place.
 pub type Exact<'a> = &'a (dyn Fn([f64; 3], usize) -> (f64, [f64; 3]) + Sync);
 
-/// Beyond the degree of the field, so much of the function is seen; of hexahedra, whose functions have that degree in all coordinates together, less.
+/// Beyond the degree of the field, this degree of the function is integrated as well; of hexahedra, whose functions have that degree in all coordinates together, less.
 const MORE: [usize; 2] = [8, 4];
 
 /// The mesh of a result, in numbers.

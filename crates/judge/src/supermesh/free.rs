@@ -28,7 +28,7 @@ use faceoff_mesh::field::{ResultField, Results};
 /// A function that is known everywhere: a component at a place.
 pub(crate) type Known<'a> = &'a (dyn Fn(&[f64; 3], usize) -> f64 + Sync);
 
-/// Beyond the degree of the field, so much of a known function is seen.
+/// Beyond the degree of the field, this degree of a known function is integrated as well.
 const SEEN: usize = 8;
 
 /// One field of a result and the connected parts of its mesh.

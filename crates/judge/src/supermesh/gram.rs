@@ -28,7 +28,7 @@ impl<'a> Modes<'a> {
     /// is the same.
     ///
     /// # Errors
-    /// Modes of one code on several meshes; meshes that have nothing in common, or on which fields are no functions.
+    /// Modes of one code on several meshes; meshes that have nothing in common, or on which fields are not functions.
     pub fn new(a: &'a [Results], b: &'a [Results]) -> Result<Self> {
         let (Some(first), Some(second)) = (a.first(), b.first()) else {
             return Err(Error::usage("there are no modes", "give one at least"));

@@ -329,7 +329,7 @@ fn verdict(
     }
 }
 
-/// What is told of a mesh that the other does not cover; nothing where that is rounding.
+/// The note on a mesh that the other does not cover; none where that is rounding.
 fn domain_row(side: &Domain, uncovered: &Uncovered, allowed: Option<f64>) -> Option<ComparedField> {
     let cell = uncovered.worst?;
     let part = uncovered.measure / side.measure;

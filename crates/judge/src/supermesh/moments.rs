@@ -35,7 +35,7 @@ impl Element {
         })
     }
 
-    /// The columns that its moments are in, in a table whose rows have so many vertices.
+    /// The columns that its moments are in, in a table whose rows have this number of vertices.
     pub fn columns(self, name: &str, width: usize) -> Vec<String> {
         match self {
             Element::BrezziDouglasMarini => (0..width).map(|k| format!("{name}{k}")).collect(),
@@ -209,7 +209,7 @@ pub(super) fn function(
     }))
 }
 
-/// |F| times the normal component at each vertex of a facet in so many dimensions, the vertex with the lowest number first: one moment is the
+/// |F| times the normal component at each vertex of a facet in `dim` dimensions, the vertex with the lowest number first: one moment is the
 /// flux of a constant, several are those of a linear function, ∫ λ_i λ_j = |F| (1 + δ_ij) / (d (d + 1)).
 fn at_vertices(moments: &[f64], dim: usize) -> Vec<f64> {
     match moments {

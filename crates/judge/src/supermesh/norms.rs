@@ -131,7 +131,7 @@ impl Sums {
 pub(super) struct Law<'a> {
     pub unit: &'a (dyn Fn([u32; 2]) -> f64 + Sync),
     pub tolerance: f64,
-    /// Whole numbers are compared exactly.
+    /// Integers are compared exactly.
     pub is_integer: bool,
 }
 
@@ -204,10 +204,10 @@ fn degree_of(domains: [&Domain; 2], functions: [&[Function]; 2]) -> usize {
     of(0).max(of(1)).unwrap_or(0)
 }
 
-/// So much higher is the degree of a rule where functions are no polynomials.
+/// What is added to the degree of a rule where functions are not polynomials.
 const MORE: usize = 4;
 
-/// On pyramids and on cells whose map is not affine functions are no polynomials, and a rule of higher degree comes near.
+/// On pyramids and on cells whose map is not affine, functions are not polynomials, and a rule of higher degree is nearly exact.
 pub(super) fn rule_for(domains: [&Domain; 2], functions: [&[Function]; 2]) -> Rule {
     let degree = degree_of(domains, functions);
     let more = if degree > 0 && domains.iter().any(|d| !is_exact(d)) {
@@ -291,7 +291,7 @@ impl Work<'_> {
                     here.largest = f64::NAN;
                     continue;
                 }
-                // Gradients jump from cell to cell: where cells overlap by rounding alone, they are of two neighbours.
+                // Gradients jump from cell to cell: where cells overlap only by rounding, they are those of two neighbours.
                 if common.is_rounding {
                     let squares = [x, y].map(|of| weight * of[0] * of[0]);
                     (0..2).for_each(|k| sums.thin[k] += squares[k]);
@@ -326,7 +326,7 @@ impl Work<'_> {
 }
 
 /// Norms of each difference over the mesh of the first file, on whose points, cells or corners (`on`) its fields are; none
-/// where it is no mesh of known elements, or where a difference is not known everywhere.
+/// where it is not a mesh of known elements, or where a difference is not known everywhere.
 pub(crate) fn norms_on_mesh(a: &Results, on: On, found: &mut Differences) -> Vec<(String, Norms)> {
     // Lent, not copied.
     let lent = found

@@ -6,7 +6,7 @@ use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::parallel;
 
-/// What is told of the meshes' intersection.
+/// What is reported about the intersection of the meshes.
 #[derive(Debug, Default)]
 pub(super) struct Cover {
     /// Area or volume of the intersection.

@@ -33,7 +33,7 @@ pub struct Projection {
 /// otherwise to one like that of the field.
 ///
 /// # Errors
-/// Meshes on which fields are no functions, or without anything in common; equations that cannot be solved.
+/// Meshes on which fields are not functions, or without anything in common; equations that cannot be solved.
 pub fn project(
     onto: &Results,
     from: &Results,

@@ -351,7 +351,7 @@ fn polynomials_are_equal_whatever_the_meshes() {
                 let compared = compare(&a, &b).map_err(|e| TestCaseError::fail(e.to_string()))?;
                 let found = compared.intersection.clone().unwrap();
                 let exact = thin * size.powi(dim as i32);
-                // What rounding of the places alone does, which is larger far away and in thin cells.
+                // What rounding of the places does by itself, which is larger far away and in thin cells.
                 let rounding = 1e-13 * (1.0 + far) / thin;
                 prop_assert!(
                     (found.common / exact - 1.0).abs() < rounding,
@@ -468,7 +468,7 @@ fn fields_of_other_kinds_and_ranks() {
     assert_eq!(verdict(&on(3, 0.0)), Verdict::Agree);
     assert_eq!(verdict(&on(3, 1e-9)), Verdict::Disagree);
     assert_eq!(verdict(&on(1, 0.0)), Verdict::Undetermined);
-    // Labels of points are no function; one side alone never passes.
+    // Labels of points are not a function; a field of only one side never passes.
     let mut labelled = on(2, 0.0);
     labelled.on_points[0].rest = Some(Vec::new());
     let compared = compare(&a, &labelled).unwrap();
@@ -508,7 +508,7 @@ fn fields_of_other_kinds_and_ranks() {
 }
 
 /// a = x² and b = x² - y - 1 differ by 1 + y, most at a corner of each cell; the mean of x² on a simplex is known. Half of
-/// the cells are not covered, or hold a value that is no number.
+/// the cells are not covered, or hold a value that is not a number.
 #[test]
 fn on_each_cell_stand_its_largest_difference_and_the_means() {
     for dim in [2, 3] {
@@ -626,7 +626,7 @@ fn projections_keep_integrals_and_polynomials() {
             );
         }
     }
-    // Where nothing covers the mesh there is no value, and that is told.
+    // Where nothing covers the mesh there is no value, and that is reported.
     let from = with(
         broken("from", triangle(1), &grid(2, 2, 1, |x| x)),
         "u",

@@ -14,7 +14,7 @@ const SPLIT: usize = 1 << 13;
 #[derive(Debug)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
-    /// The boxes' numbers, near ones beside each other, and the boxes in this order.
+    /// The boxes' numbers, near ones next to each other, and the boxes in this order.
     pub order: Vec<u32>,
     bounds: Vec<Bounds>,
 }

@@ -303,7 +303,7 @@ impl Drawn {
         CellKind::from_gmsh(i32::from(self.cells[cell].0)).map_or(0, CellKind::dim)
     }
 
-    /// In words, as `3 cells, 1 field, 2 groups`.
+    /// A description, such as `3 cells, 1 field, 2 groups`.
     pub fn words(&self) -> String {
         format!(
             "{} cells, {} fields and {} groups",

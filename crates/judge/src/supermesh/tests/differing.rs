@@ -1,4 +1,4 @@
-//! What two meshes and their functions do not have in common is found, located, and told or refused.
+//! What two meshes and their functions do not have in common is found, located, and reported or refused.
 
 use super::*;
 
@@ -163,7 +163,7 @@ fn a_difference_on_a_single_cell_is_found_and_named() {
 }
 
 /// Values on cells that jump, on a mesh and on a finer one within it, turned so that no side is where the other's is but for
-/// rounding: a cell beside is not taken for the cell.
+/// rounding: a neighbouring cell is not taken for the cell.
 #[test]
 fn a_jump_between_cells_is_no_difference() {
     for dim in [2, 3] {
@@ -231,7 +231,7 @@ fn a_jump_between_cells_is_no_difference() {
     }
 }
 
-/// What is small beside another body is not small: each connected part has a scale of its own.
+/// What is small compared with another body is not small: each connected part has its own scale.
 #[test]
 fn a_small_body_is_judged_on_its_own_scale() {
     let bodies = |n: usize, off: f64| {

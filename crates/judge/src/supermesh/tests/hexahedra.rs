@@ -7,7 +7,7 @@ use faceoff_mesh::mesh::generate::{Cuboid, lattice_mesh};
 use super::super::element::Element;
 use super::{broken_nodes, compare, grid, norms, tetrahedron, with};
 
-/// n³ hexahedra in the unit cube with nodes of their own, whose inner corners are moved by so much.
+/// n³ hexahedra in the unit cube with nodes of their own, whose inner corners are moved by at most `by`.
 fn cube(kind: CellKind, n: usize, by: f64) -> Results {
     let mesh = lattice_mesh(n, &Cuboid::new([0.0; 3], [1.0; 3])).unwrap();
     let moved = |[x, y, z]: [f64; 3]| {

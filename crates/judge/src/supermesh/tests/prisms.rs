@@ -7,7 +7,7 @@ use super::super::element::Element;
 use super::{broken_nodes, compare, with};
 use crate::Verdict;
 
-/// The unit cube, sheared by so much of x along z, as 2 n² n prisms with nodes of their own.
+/// The unit cube, sheared along z by a multiple of x, as 2 n² n prisms with nodes of their own.
 fn prisms(kind: CellKind, n: usize, shear: f64) -> Results {
     let element = Element::new(kind).unwrap();
     let at = |i: f64, j: f64, k: f64| {
@@ -51,7 +51,7 @@ fn errors_on_prisms_are_those_known() {
             assert!((volume - 1.0).abs() < 1e-13, "{kind}: {volume}");
         }
     }
-    // ‖x z - 0‖² = 1/9 is no function of x alone.
+    // ‖x z - 0‖² = 1/9 does not depend only on x.
     let a = with(prisms(CellKind::Prism, 3, 0.0), "u", |x| x[0] * x[2]);
     let zero = |_: [f64; 3], _: usize| (0.0, [0.0; 3]);
     let found = crate::error_against(&a, "u", 1, &zero).unwrap();
@@ -121,7 +121,7 @@ fn prisms_without_plane_sides_have_their_functions() {
     }
 }
 
-/// Where functions are no polynomials, the stated error of the rule is as large as the true one at least.
+/// Where functions are not polynomials, the stated error of the rule is at least as large as the true one.
 #[test]
 fn the_error_of_quadrature_is_stated() {
     let product = |x: &[f64; 3]| x[0] * x[1] * x[2];

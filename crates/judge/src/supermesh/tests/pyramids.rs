@@ -6,7 +6,7 @@ use faceoff_mesh::field::Results;
 use super::{broken_nodes, compare, grid, norms, tetrahedron, with};
 use crate::Verdict;
 
-/// The unit cube as 6 n³ pyramids: n³ cubes, whose corners are moved by so much, each divided around a point beside its centre.
+/// The unit cube as 6 n³ pyramids: n³ cubes, whose corners are moved by at most `by`, each divided around a point near its centre.
 fn pyramids(n: usize, by: f64) -> Results {
     let moved = |[x, y, z]: [f64; 3]| {
         let bump = by * 64.0 * x * (1.0 - x) * y * (1.0 - y) * z * (1.0 - z);
