@@ -18,6 +18,8 @@ struct Finding {
     /// Is it documented or meant?
     #[serde(default)]
     choice: bool,
+    /// The release that has it, where that of Debian 12 does not.
+    elsewhere: Option<String>,
     /// What happens.
     what: String,
     /// Who meets it.
@@ -153,10 +155,11 @@ fn the_page_has_what_the_installed_releases_do() {
         let count = found.script.trim().lines().count();
         assert!(count <= 15, "{}: {count} lines", found.title);
         let came = found.run();
-        let state = match (differs(&came), found.choice) {
-            (true, true) => "a choice",
-            (true, false) => "a fault",
-            (false, _) => "gone",
+        let state = match (differs(&came), found.choice, &found.elsewhere) {
+            (true, true, _) => "a choice".to_owned(),
+            (true, false, _) => "a fault".to_owned(),
+            (false, _, Some(release)) => format!("right, but a fault of {release}"),
+            (false, _, None) => "gone".to_owned(),
         };
         let hunt = found.hunt.as_ref();
         let hunt = hunt.map(|how| format!("- Found by the hunt: {how}\n"));

@@ -265,6 +265,7 @@ fn problem(
     outcome: &mut HuntOutcome,
 ) -> Result<Option<Integrals>> {
     let twist = match (turn, of_form % 8) {
+        (1, _) if drawn.is_patch => Some(Twist::Rewritten(Rewritten::Raised)),
         (1, 0) => Some(Twist::Image(Image::Turned)),
         (1, 1) => Some(Twist::Image(Image::Mirrored)),
         (1, 2) => Some(Twist::Rewritten(Rewritten::Doubled)),

@@ -238,7 +238,7 @@ pub struct Drawn {
     /// The element of a second unknown, the pressure.
     pressure: Option<&'static str>,
     /// The load is such that the solution is a polynomial of the space.
-    is_patch: bool,
+    pub is_patch: bool,
     /// Where f is interpolated.
     space: Option<&'static str>,
     degree: usize,
@@ -655,7 +655,7 @@ mod tests {
         for k in 0..120 {
             let shape = Shape::new(&mut random);
             let drawn = Drawn::new(&mut random, &Grammar::on(shape), shape);
-            let images = [Rewritten::Doubled, Rewritten::Halved].map(|how| drawn.rewritten(how));
+            let images = Rewritten::ALL.map(|how| drawn.rewritten(how));
             let varied = drawn.varied(&mut random, shape.smallest());
             let all = [drawn.clone(), varied]
                 .into_iter()

@@ -5,6 +5,9 @@ use super::{Drawn, Term};
 /// The square of the error where the solution is known.
 pub const PATCH: &str = "patch";
 
+/// The highest degree of which all codes have rules on all cells.
+const HIGH: usize = 5;
+
 /// A form of the same solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rewritten {
@@ -12,14 +15,20 @@ pub enum Rewritten {
     Doubled,
     /// Each term as two halves.
     Halved,
+    /// Rules of higher degree. For forms that a polynomial of the space solves: their integrands vanish at this solution, in every point of any rule.
+    Raised,
 }
 
 impl Rewritten {
+    /// All of them.
+    pub const ALL: [Rewritten; 3] = [Rewritten::Doubled, Rewritten::Halved, Rewritten::Raised];
+
     /// What was done, as the end of a sentence.
     pub fn words(self) -> &'static str {
         match self {
             Rewritten::Doubled => "all terms are doubled",
             Rewritten::Halved => "each term is written as two halves",
+            Rewritten::Raised => "rules have a higher degree than needed",
         }
     }
 }
@@ -32,12 +41,25 @@ impl Drawn {
             ..term.clone()
         };
         let terms = self.terms.iter();
+        let is_raised = how == Rewritten::Raised;
         Drawn {
             terms: match how {
                 Rewritten::Doubled => terms.map(|term| times(term, "2")).collect(),
                 Rewritten::Halved => terms
                     .flat_map(|term| [times(term, "0.5"), times(term, "0.5")])
                     .collect(),
+                Rewritten::Raised => terms
+                    .map(|term| Term {
+                        degree: term.degree.map(|_| HIGH),
+                        ..term.clone()
+                    })
+                    .collect(),
+            },
+            degree: if is_raised { HIGH } else { self.degree },
+            facet_degree: if is_raised {
+                self.facet_degree.max(HIGH)
+            } else {
+                self.facet_degree
             },
             ..self.clone()
         }
