@@ -53,7 +53,14 @@ pub(super) fn run(arguments: &Hunt, to: &Output) -> Result<u8> {
             let path = folder.join(STATE);
             let seed = arguments.seed.to_string();
             let asked = [&*engines.join(","), &*seed];
-            Some(HuntOutcome::read(&path, &file::text(&path)?, asked)?)
+            let before = HuntOutcome::read(&path, &file::text(&path)?, asked)?;
+            if before.files != arguments.files {
+                let what = format!("{} is of another hunt", path.display());
+                let remedy =
+                    "go on with --files if it was of files, and without if it was of forms";
+                return Err(Error::usage(what, remedy));
+            }
+            Some(before)
         }
         (Some(folder), false) if folder.join(STATE).exists() => {
             let what = format!("{} has a hunt already", folder.display());

@@ -163,12 +163,15 @@ impl HuntOutcome {
 /// Hunts until the count is reached or the run is ended; `each` hears what there is after each problem.
 ///
 /// # Errors
-/// A form that cannot be read, which would be a fault of this program; what `each` cannot keep.
+/// A library that is not installed; a form that cannot be read, which would be a fault of this program; what `each` cannot keep.
 pub fn hunt(
     request: &HuntRequest,
     progress: &dyn Progress,
     each: &mut dyn FnMut(&HuntOutcome) -> Result<()>,
 ) -> Result<HuntOutcome> {
+    if request.files {
+        files::installed(&request.engines)?;
+    }
     let begun = Instant::now();
     let mut outcome = match &request.before {
         Some(before) => before.clone(),

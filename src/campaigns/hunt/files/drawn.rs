@@ -435,7 +435,7 @@ impl Drawn {
         Some(mesh)
     }
 
-    /// What our own library has read; `None` where it is more than a script could have drawn.
+    /// What our own library has read; `None` where it has cells of a type that is not drawn.
     pub fn of(mesh: &Mesh) -> Option<Drawn> {
         let mut drawn = Drawn {
             points: mesh.points.to_vec(),

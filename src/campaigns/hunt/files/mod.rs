@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use super::trial::{Kind, Suspect, plain};
@@ -30,8 +31,8 @@ const TASKS: u32 = 16;
 #[serde(rename_all = "kebab-case")]
 enum Came {
     Done(Option<Drawn>),
-    #[allow(dead_code, reason = "the message is shown where a finding is debugged")]
-    Refused(String),
+    /// With a message, which is as it should be.
+    Refused(IgnoredAny),
     Crash(String),
     Hang(String),
 }
@@ -42,6 +43,24 @@ struct Task {
     does: &'static str,
     path: PathBuf,
     format: &'static str,
+}
+
+/// Refuses libraries that are not installed: what they do not write and read would pass.
+///
+/// # Errors
+/// A library that no Python here has.
+pub fn installed(libraries: &[String]) -> Result<()> {
+    for library in libraries.iter().filter(|of| *of != OWN) {
+        if python_with(library).is_none() {
+            return Err(Error::usage(
+                format!("no Python here has {library}"),
+                format!(
+                    "install it with `pip install {library}`, name a Python that has it in FACEOFF_PYTHON, or leave it out of --engines"
+                ),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The problem of this number: one mesh in one format; returns the number of meshes so far.
@@ -171,7 +190,11 @@ fn trial(
                 },
                 Came::Crash(why) => wrong.push((reader, Kind::Crashes, plain(why))),
                 Came::Hang(_) => wrong.push((reader, Kind::Hangs, "hangs".to_owned())),
-                Came::Done(None) | Came::Refused(_) => {}
+                Came::Done(None) => {
+                    let what = "cells of a type that was not drawn".to_owned();
+                    wrong.push((reader, Kind::Wrong, what));
+                }
+                Came::Refused(_) => {}
             }
         }
         has_read |= !right.is_empty() || !wrong.is_empty();
@@ -209,7 +232,7 @@ fn trial(
 
 /// What comes of each task: ours here, the others in the Python that has the library.
 fn run(drawn: &Drawn, format: &Format, tasks: &[Task], patience: Duration) -> Result<Vec<Came>> {
-    let mut came = vec![Came::Refused("it is not installed".to_owned()); tasks.len()];
+    let mut came = vec![Came::Refused(IgnoredAny); tasks.len()];
     let mut of_python: BTreeMap<PathBuf, Vec<usize>> = BTreeMap::new();
     for (k, task) in tasks.iter().enumerate() {
         if task.library == OWN {
@@ -250,7 +273,7 @@ fn own(drawn: &Drawn, format: &Format, task: &Task) -> Result<Came> {
         Err(_) => Came::Crash("a panic".to_owned()),
         Ok(Ok(of)) => Came::Done(of),
         Ok(Err(error @ Error::Ended(_))) => return Err(error),
-        Ok(Err(error)) => Came::Refused(error.to_string()),
+        Ok(Err(_)) => Came::Refused(IgnoredAny),
     })
 }
 
