@@ -396,10 +396,20 @@ fn covered(found: &Intersection) -> Vec<(&'static str, Text)> {
             Number::at_most(change, 2)
         ),
     };
+    let surfaces = match found.distance {
+        Some(distance) => text!(
+            "; the surfaces are up to {} apart, and b is projected on the cells of a",
+            Number::at_most(distance, 2)
+        ),
+        None => Text::default(),
+    };
     vec![
         ("mesh of a", of(0)),
         ("mesh of b", of(1)),
-        ("in common", text!("{}: {exact}", size(found.common))),
+        (
+            "in common",
+            text!("{}: {exact}{surfaces}", size(found.common)),
+        ),
     ]
 }
 

@@ -262,6 +262,9 @@ pub struct Intersection {
     /// Where they are not: how much norms in L² change at most with a rule of two degrees less and with parts too thin to count, divided by the larger field's norm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature: Option<f64>,
+    /// The largest distance of two surfaces in space, along the normals of the first; none in a plane or of solid cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distance: Option<f64>,
 }
 
 /// Norms of the difference of two fields over their mesh, or over the intersection of two meshes.

@@ -16,15 +16,18 @@ pub(super) fn are_faces(side: &Results) -> bool {
 }
 
 /// The functions, discontinuous and linear on each cell, whose means the values on all faces are; and the names of the fields that
-/// are not on all faces and hence do not define such a function.
+/// are not on all faces and hence do not define such a function. None of triangles in space that surround no cells: they are a surface.
 ///
 /// With m_j the mean on the face opposite corner j, u = Σ m_j (1 - d λ_j): at corner i, Σ m_j - d m_i.
 ///
 /// # Errors
 /// Faces that do not belong to a cell.
-pub(super) fn crouzeix_raviart(side: &Results) -> Result<(Results, Vec<String>)> {
+pub(super) fn crouzeix_raviart(side: &Results) -> Result<Option<(Results, Vec<String>)>> {
     let dim = side.space;
     let cells = cells(side, dim)?;
+    if cells.is_empty() && dim == 3 {
+        return Ok(None);
+    }
     if cells.is_empty() {
         return Err(Error::Mesh {
             mesh: side.source.clone(),
@@ -73,7 +76,8 @@ pub(super) fn crouzeix_raviart(side: &Results) -> Result<(Results, Vec<String>)>
         whole: side.whole.clone(),
         ..Results::default()
     };
-    Ok((found, others.into_iter().map(|f| f.name.clone()).collect()))
+    let others = others.into_iter().map(|f| f.name.clone()).collect();
+    Ok(Some((found, others)))
 }
 
 /// The corners of a cell, and its faces, each opposite its corner.
@@ -228,7 +232,7 @@ mod tests {
         let solid = faces(corners, 3, all);
         for (side, count) in [(side, 4), (solid, 4)] {
             assert!(are_faces(&side));
-            let (found, others) = crouzeix_raviart(&side).unwrap();
+            let (found, others) = crouzeix_raviart(&side).unwrap().unwrap();
             assert_eq!((found.cell_count(), others.len()), (count, 0));
             for (x, u) in found.points.iter().zip(&found.on_points[0].values) {
                 let exact = x[0] - 2.0 * x[1] + 3.0 * x[2] + 1.0;

@@ -17,6 +17,13 @@ pub(crate) fn measure(dim: usize, s: &Simplex) -> f64 {
     }
 }
 
+/// Changes the order of two corners of a triangle that turns right, as the projection of one of another surface may.
+pub(super) fn turn_left(dim: usize, s: &mut Simplex) {
+    if dim == 2 && measure(dim, s) < 0.0 {
+        s.swap(1, 2);
+    }
+}
+
 pub(crate) fn subtract(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
     [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
 }

@@ -14,7 +14,7 @@ use faceoff_mesh::field::{ResultField, Results};
 /// by itself, or what [`Results::derive`] knows, as `u[0]` and `|u|`, of these too.
 ///
 /// Of functions that are linear on triangles or tetrahedra, as those of RT0, BDM1 and N1curl are, both are constant on each cell. In
-/// the plane the curl is the scalar ∂v₁/∂x - ∂v₀/∂y.
+/// the plane the curl is the scalar ∂v₁/∂x - ∂v₀/∂y; on a surface in space the divergence is that of the tangential gradient.
 ///
 /// `RT0(q)` and `N1curl(q)` are the vector fields whose moments on facets or edges are the column q of a table, `BDM1(q)` that with the columns
 /// q0, q1 and in space q2; its rows have the numbers of vertices of `mesh`. It takes the place of the table.
@@ -91,7 +91,7 @@ pub fn derive(side: &mut Results, name: &str, mesh: Option<&Results>) -> Result<
     Ok(true)
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Operator {
     Div,
     Curl,
@@ -146,8 +146,12 @@ fn applied(side: &Results, operator: Operator, name: &str) -> Result<(On, Result
         return refuse("there are several fields of this name".into());
     };
     let domain = Domain::divided(side, 0.0)?;
-    let dim = domain.dim;
+    // The gradients of a surface in space are tangential vectors of three components.
+    let dim = if domain.is_surface { 3 } else { domain.dim };
     match (on, field.components) {
+        _ if domain.is_surface && operator == Operator::Curl => {
+            return refuse("its cells are a surface in space".into());
+        }
         (On::Cells, _) => return refuse("it has one value on each cell".into()),
         _ if field.rest.is_some() => return refuse("it has integers".into()),
         (_, n) if n != dim && (n, dim) != (3, 2) => {
@@ -173,10 +177,10 @@ fn applied(side: &Results, operator: Operator, name: &str) -> Result<(On, Result
         if std::mem::replace(&mut last, piece.cell) == piece.cell {
             continue;
         }
-        let origin = domain.origin(piece);
-        local.turn_to(piece.cell, &origin);
+        let frame = domain.frame(piece);
+        local.turn_to(piece.cell, &frame);
         let first = domain.first_corners[piece.cell as usize];
-        for (corner, place) in (first..).zip(domain.nodes(piece.cell, &origin)) {
+        for (corner, place) in (first..).zip(domain.nodes(piece.cell, &frame)) {
             local.evaluate(&place);
             values.extend(operator.of(&local.values, dim));
             at.push(if is_constant { piece.cell } else { corner });

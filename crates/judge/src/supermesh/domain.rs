@@ -3,9 +3,11 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::clip::{Simplex, clip, measure, subtract};
+use super::clip::{Simplex, clip, dot, measure, subtract, turn_left};
 use super::element::{Element, PYRAMID};
+use super::frame::Frame;
 use super::geometry::{Geometry, is_convex};
+use super::small::barycentric;
 use super::tree::{Bounds, Tree};
 use faceoff_mesh::CellKind;
 use faceoff_mesh::cancel;
@@ -17,6 +19,9 @@ use faceoff_mesh::parallel;
 
 /// Pieces that one thread takes at a time.
 pub(super) const BLOCK: usize = 1 << 10;
+
+/// How far two surfaces may be from each other and be one, in lengths of the larger of two pieces.
+pub(super) const APART: f64 = 0.1;
 
 /// Cells of another dimension have no element.
 const OTHER: u8 = u8::MAX;
@@ -35,6 +40,8 @@ pub(super) struct Piece {
 pub(super) struct Domain<'a> {
     pub side: &'a Results,
     pub dim: usize,
+    /// Do its cells, of dimension 2, not lie in one plane z = const?
+    pub is_surface: bool,
     pub elements: Vec<Element>,
     /// For each of them that of the coordinates where edges are straight.
     of_corners: Vec<Option<Element>>,
@@ -83,7 +90,7 @@ impl<'a> Domain<'a> {
     pub fn new(side: &'a Results, near: f64) -> Result<Self> {
         let mut domain = Domain::divided(side, near)?;
         let pieces = &domain.pieces;
-        let boxes = parallel::collect(pieces.len(), |k| domain.bounds(&pieces[k]));
+        let boxes = parallel::collect(pieces.len(), |k| domain.reach(&pieces[k]));
         domain.tree = Tree::new(&boxes);
         domain.refuse_overlaps(&boxes)?;
         Ok(domain)
@@ -110,6 +117,7 @@ impl<'a> Domain<'a> {
         let mut domain = Domain {
             side,
             dim,
+            is_surface: false,
             elements: Vec::new(),
             of_corners: Vec::new(),
             of_cell: Vec::with_capacity(side.cell_count()),
@@ -158,12 +166,7 @@ impl<'a> Domain<'a> {
             next += side.cell(cell).count() as u32;
         }
         // Before cells are looked at without their z.
-        if dim == 2 && !domain.is_plane() {
-            let what = "its cells are a surface in space, which do not lie in one plane z = const: other cells make another surface of \
-                        it, so that fields cannot be compared as functions there";
-            let remedy = "give two results on the same cells, where values are compared point by point, or in a plane";
-            return Err(refuse(what.into(), remedy));
-        }
+        domain.is_surface = dim == 2 && !domain.is_plane();
         for cell in 0..side.cell_count() as u32 {
             cancel::check()?;
             if domain.of_cell[cell as usize] != OTHER {
@@ -198,7 +201,7 @@ impl<'a> Domain<'a> {
             let origin = first
                 .map(|point| self.points[point as usize])
                 .unwrap_or_default();
-            self.nodes(cell, &origin).collect()
+            self.nodes(cell, &Frame::at(origin)).collect()
         };
         let first = places(cells.start);
         // The edges from the first corner, and what is normal to them in a plane.
@@ -238,40 +241,67 @@ impl<'a> Domain<'a> {
         first.map_or(0.0, |p| self.points[p.corners[0] as usize][2])
     }
 
-    /// Corners of a piece, from `origin`.
-    pub fn simplex(&self, piece: &Piece, origin: &[f64; 3]) -> Simplex {
+    /// Corners of a piece in a frame; those of a surface are projected on its plane.
+    pub fn simplex(&self, piece: &Piece, frame: &Frame) -> Simplex {
         let mut corners = [[0.0; 3]; 4];
         for (x, point) in corners.iter_mut().zip(piece.corners).take(self.dim + 1) {
-            *x = self.place(point, origin);
+            *x = self.place(point, frame);
         }
         corners
     }
 
-    fn place(&self, point: u32, origin: &[f64; 3]) -> [f64; 3] {
-        let mut x = subtract(&self.points[point as usize], origin);
+    fn place(&self, point: u32, frame: &Frame) -> [f64; 3] {
+        let mut x = frame.coordinates(&self.points[point as usize]);
         x[self.dim..].fill(0.0);
         x
     }
 
-    /// The first corner, from which all else is measured.
-    pub fn origin(&self, piece: &Piece) -> [f64; 3] {
-        self.points[piece.corners[0] as usize]
+    /// The first corner, from which all else is measured, and the plane of a piece of a surface.
+    pub fn frame(&self, piece: &Piece) -> Frame {
+        let corners = [0, 1, 2].map(|k| self.points[piece.corners[k] as usize]);
+        match self.is_surface {
+            true => Frame::of_triangle(corners),
+            false => Frame::at(corners[0]),
+        }
     }
 
     pub fn piece_measure(&self, piece: &Piece) -> f64 {
-        measure(self.dim, &self.simplex(piece, &self.origin(piece)))
+        measure(self.dim, &self.simplex(piece, &self.frame(piece)))
     }
 
-    /// The nodes of a cell, from `origin`.
-    pub fn nodes(&self, cell: u32, origin: &[f64; 3]) -> impl Iterator<Item = [f64; 3]> {
+    /// The nodes of a cell in a frame; those of a surface are projected on its plane.
+    pub fn nodes(&self, cell: u32, frame: &Frame) -> impl Iterator<Item = [f64; 3]> {
         let points = self.side.cell(cell as usize);
-        points.map(move |point| self.place(point, origin))
+        points.map(move |point| self.place(point, frame))
+    }
+
+    /// How far, up or down, a piece of a surface is from the plane of a frame above what the two have in common; 0 in a plane.
+    pub fn rise(&self, piece: &Piece, frame: &Frame, common: &[Simplex]) -> f64 {
+        if !self.is_surface {
+            return 0.0;
+        }
+        let corners = self.simplex(piece, frame);
+        let gradients = barycentric(self.dim, &corners);
+        let heights = [0, 1, 2].map(|k| {
+            let corner = &self.points[piece.corners[k] as usize];
+            frame.coordinates(corner)[2]
+        });
+        let height = |x: &[f64; 3]| {
+            let from = subtract(x, &corners[0]);
+            let steps = (1..3).map(|k| dot(&gradients[k], &from) * (heights[k] - heights[0]));
+            heights[0] + steps.sum::<f64>()
+        };
+        let places = common.iter().flat_map(|simplex| &simplex[..=self.dim]);
+        places.fold(0.0, |most, x| height(x).abs().max(most))
     }
 
     pub fn bounds(&self, piece: &Piece) -> Bounds {
         let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         for &corner in &piece.corners[..=self.dim] {
-            let x = self.place(corner, &[0.0; 3]);
+            let x = match self.is_surface {
+                true => self.points[corner as usize],
+                false => self.place(corner, &Frame::at([0.0; 3])),
+            };
             for k in 0..3 {
                 bounds[0][k] = bounds[0][k].min(x[k]);
                 bounds[1][k] = bounds[1][k].max(x[k]);
@@ -285,7 +315,11 @@ impl<'a> Domain<'a> {
         let nodes: Vec<u32> = self.side.cell(cell as usize).collect();
         let element = self.element(cell).clone();
         let origin = self.points[nodes[0] as usize];
-        let places: Vec<[f64; 3]> = self.nodes(cell, &origin).collect();
+        let offset = |point: &u32| match self.is_surface {
+            true => subtract(&self.points[*point as usize], &origin),
+            false => self.place(*point, &Frame::at(origin)),
+        };
+        let places: Vec<[f64; 3]> = nodes.iter().map(offset).collect();
         let geometry = Geometry::of(&element, &places, self.near);
         let is_quadrangle = element.kind.shape() == Shape::Quadrangle;
         let order = if geometry == Geometry::Curved {
@@ -325,7 +359,15 @@ impl<'a> Domain<'a> {
             // The faces of quadrangles need not be plane.
             self.curved += usize::from(geometry != Geometry::Straight);
         }
-        let turned = |piece: &Piece| self.piece_measure(piece) < 0.0;
+        let first = self.frame(&Piece {
+            corners: pieces[0],
+            cell,
+        });
+        // On a surface each piece has a plane of its own, in which none is turned: against that of the first.
+        let turned = |piece: &Piece| match self.is_surface {
+            true => self.frame(piece).cosine(&first) < 0.0,
+            false => self.piece_measure(piece) < 0.0,
+        };
         let mut pieces: Vec<Piece> = pieces
             .into_iter()
             .map(|corners| Piece { corners, cell })
@@ -339,7 +381,12 @@ impl<'a> Domain<'a> {
         let backwards = pieces.iter().filter(|piece| turned(piece)).count();
         let is_folded = backwards != 0 && backwards != pieces.len();
         let is_bent = geometry == Geometry::Multilinear && is_quadrangle;
-        if is_folded || is_bent && !is_convex(&places) {
+        let flat = |place: &[f64; 3]| match self.is_surface {
+            true => first.coordinates(&[0, 1, 2].map(|k| place[k] + origin[k])),
+            false => *place,
+        };
+        let flat = || places.iter().map(flat).collect::<Vec<_>>();
+        if is_folded || is_bent && !is_convex(&flat()) {
             return Err("is folded");
         }
         if backwards > 0 {
@@ -356,8 +403,8 @@ impl<'a> Domain<'a> {
         let overlap = |&i: &u32| -> Result<()> {
             cancel::check()?;
             let piece = &self.pieces[i as usize];
-            let origin = self.origin(piece);
-            let of_piece = self.simplex(piece, &origin);
+            let frame = self.frame(piece);
+            let of_piece = self.simplex(piece, &frame);
             let size = measure(self.dim, &of_piece);
             let (mut cut, mut scratch) = (Vec::new(), Vec::new());
             let mut found = None;
@@ -366,11 +413,17 @@ impl<'a> Domain<'a> {
                 if j <= i || found.is_some() || self.share_a_face(piece, other) {
                     return;
                 }
-                let of_other = self.simplex(other, &origin);
+                let mut of_other = self.simplex(other, &frame);
+                turn_left(self.dim, &mut of_other);
                 let common = clip(self.dim, &of_piece, &of_other, &mut cut, &mut scratch);
                 let smaller = size.min(measure(self.dim, &of_other));
                 let strip = self.near * self.span(piece).min(self.span(other));
-                if common > 1e-6 * smaller + strip.min(1e-2 * smaller) {
+                // Sheets of a surface may lie near each other, or end in an edge.
+                let touches = |cut: &[Simplex]| {
+                    let rounding = self.near + 1e-9 * self.length(piece);
+                    self.rise(other, &frame, cut) <= rounding
+                };
+                if common > 1e-6 * smaller + strip.min(1e-2 * smaller) && touches(&cut) {
                     found = Some((other.cell, common));
                 }
             });
@@ -403,23 +456,38 @@ impl<'a> Domain<'a> {
         let ((Some(p), None), (Some(q), None)) = (alone(of_a, of_b), alone(of_b, of_a)) else {
             return false;
         };
-        let origin = self.origin(a);
+        let frame = self.frame(a);
         let with = |from: u32, to: u32| {
             let corners = a.corners.map(|c| if c == from { to } else { c });
             let piece = Piece {
                 corners,
                 cell: a.cell,
             };
-            measure(self.dim, &self.simplex(&piece, &origin))
+            measure(self.dim, &self.simplex(&piece, &frame))
         };
         with(p, q) < 0.0
     }
 
+    /// The box in which pieces of the other mesh may have something in common with this one: around itself, and on a surface wider, since the
+    /// other has its corners elsewhere on it.
+    pub fn reach(&self, piece: &Piece) -> Bounds {
+        let [low, high] = self.bounds(piece);
+        let wider = match self.is_surface {
+            true => APART * self.length(piece),
+            false => 0.0,
+        };
+        [low.map(|x| x - wider), high.map(|x| x + wider)]
+    }
+
+    /// The longest side of the box around a piece.
+    pub fn length(&self, piece: &Piece) -> f64 {
+        let [low, high] = self.bounds(piece);
+        (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max)
+    }
+
     /// Larger than the largest face of a piece.
     pub fn span(&self, piece: &Piece) -> f64 {
-        let [low, high] = self.bounds(piece);
-        let length = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max);
-        length.powi(self.dim as i32 - 1)
+        self.length(piece).powi(self.dim as i32 - 1)
     }
 }
 

@@ -94,19 +94,20 @@ pub fn error_against(
         let mut sums = Sums::default();
         for piece in pieces {
             cancel::check()?;
-            let origin = domain.origin(piece);
-            let simplex = domain.simplex(piece, &origin);
+            let frame = domain.frame(piece);
+            let simplex = domain.simplex(piece, &frame);
             let size = measure(domain.dim, &simplex);
-            local.turn_to(piece.cell, &origin);
+            local.turn_to(piece.cell, &frame);
             for (lambda, weight) in &rule.points {
                 let place = combine(&simplex, lambda);
                 local.evaluate(&place);
-                let at = [0, 1, 2].map(|k| place[k] + origin[k]);
+                let at = frame.point(&place);
                 for (component, of) in local.values.iter().enumerate() {
-                    let (u, [x, y, z]) = match component < components {
+                    let (u, gradient) = match component < components {
                         true => exact(at, component),
                         false => Default::default(),
                     };
+                    let [x, y, z] = frame.tangential(gradient);
                     let u = [u, x, y, z];
                     let difference = [0, 1, 2, 3].map(|k| of[k] - u[k]);
                     sums.add_squares(weight * size, &difference, &u, &u);

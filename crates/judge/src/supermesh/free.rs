@@ -159,7 +159,12 @@ impl<'a> Carried<'a> {
 
     /// The dimension of its cells, or of the places of its values.
     fn dim(&self) -> usize {
+        let heights = self.side.points.iter().map(|x| x[2]);
+        let [low, high] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], z| {
+            [low.min(z), high.max(z)]
+        });
         match self.side.dimensions().last() {
+            Some(2) if high - low > self.near => 3,
             Some(dim @ 2..) => usize::from(*dim),
             _ => self.side.space,
         }
@@ -236,10 +241,14 @@ impl<'a> Carried<'a> {
         known: Known,
     ) -> Result<Result<(ResultField, Vec<Linear>), String>> {
         let refused = |why: &str| Ok(Err(why.to_owned()));
-        let (side, dim, n) = (self.side, self.dim(), self.field.components);
+        let (side, n) = (self.side, self.field.components);
         let Some(domain) = domain(side)? else {
             return refused("it has no cells on which a gradient could be taken");
         };
+        let dim = domain.dim;
+        if domain.is_surface {
+            return refused("gradients are not taken away on surfaces in space");
+        }
         if !is_exact(&domain) || domain.elements.iter().any(Element::is_product) {
             return refused("gradients are taken away on straight triangles and tetrahedra only");
         }
@@ -271,7 +280,7 @@ impl<'a> Carried<'a> {
         };
         let vertex = places::numbers(&side.points, &[], self.near)?;
         let gradients =
-            |piece: &Piece| barycentric(dim, &domain.simplex(piece, &domain.origin(piece)));
+            |piece: &Piece| barycentric(dim, &domain.simplex(piece, &domain.frame(piece)));
         let function = [Function::new(self.field, self.on)];
         let corner = |piece: &Piece, k: usize| vertex[piece.corners[k] as usize] as usize;
         let mut piece_of = vec![usize::MAX; side.cell_count()];
@@ -441,7 +450,7 @@ impl<'a> Carried<'a> {
             sides
                 .iter_mut()
                 .zip(cells)
-                .for_each(|(side, cell)| side.turn_to(cell, &common.origin));
+                .for_each(|(side, cell)| side.turn_to(cell, &common.frame));
             for simplex in common.simplices {
                 let size = measure(dim, simplex);
                 for (lambda, weight) in &rule.points {

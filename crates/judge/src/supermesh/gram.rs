@@ -132,7 +132,7 @@ impl<'a> Modes<'a> {
         let visit = |(sides, values, sum): &mut State, common: &Common| {
             let cells = common.pieces.map(|piece| piece.cell);
             let both = sides.iter_mut().zip(cells);
-            both.for_each(|(side, cell)| side.turn_to(cell, &common.origin));
+            both.for_each(|(side, cell)| side.turn_to(cell, &common.frame));
             for simplex in common.simplices {
                 let volume = measure(dim, simplex);
                 for (lambda, weight) in &rule.points {

@@ -41,7 +41,8 @@ pub(crate) fn judge_functions(
         );
         return Err(refuse(what));
     }
-    if of_a.dim == 2 && (of_a.height() - of_b.height()).abs() > near {
+    let has_surface = of_a.is_surface || of_b.is_surface;
+    if of_a.dim == 2 && !has_surface && (of_a.height() - of_b.height()).abs() > near {
         let what = format!(
             "one mesh lies in z = {}, the other in z = {}",
             of_a.height(),
@@ -52,8 +53,9 @@ pub(crate) fn judge_functions(
     // In the order of the files, with those that cannot be judged.
     let mut fields = Vec::new();
     let mut functions = [Vec::new(), Vec::new()];
+    let is_plane = of_a.dim == 2 && !has_surface;
     for (name, found) in pairs(a, b) {
-        match matched(name, found, [a, b], of_a.dim) {
+        match matched(name, found, [a, b], is_plane) {
             Ok(pair) => {
                 (0..2).for_each(|k| functions[k].push(pair[k]));
                 fields.push(None);
@@ -148,6 +150,7 @@ pub(crate) fn judge_functions(
         curved: [of_a.curved, of_b.curved],
         exact,
         quadrature,
+        distance: cover.distance,
     };
     Ok((fields, intersection, differences))
 }
@@ -193,7 +196,7 @@ fn matched<'a>(
     name: &str,
     [of_a, of_b]: Found<'a>,
     [a, b]: [&Results; 2],
-    dim: usize,
+    is_plane: bool,
 ) -> Result<[Function<'a>; 2], (On, String)> {
     let on = of_a
         .iter()
@@ -213,7 +216,7 @@ fn matched<'a>(
     let components = functions.map(|f| f.components);
     match components {
         [p, q] if p == q => {}
-        [2, 3] | [3, 2] if dim == 2 => functions.iter_mut().for_each(|f| f.components = 3),
+        [2, 3] | [3, 2] if is_plane => functions.iter_mut().for_each(|f| f.components = 3),
         [p, q] => return Err((on, format!("one side has {p} components, the other {q}"))),
     }
     let whole = |f: &Function| f.field.rest.is_some() && !f.is_constant();
@@ -334,11 +337,16 @@ fn domain_row(side: &Domain, uncovered: &Uncovered, allowed: Option<f64>) -> Opt
     let cell = uncovered.worst?;
     let part = uncovered.measure / side.measure;
     let at = side.side.centroid(cell as usize).unwrap_or_default();
+    let far = match side.is_surface {
+        true => ", or it is further away than a tenth of the cells' size",
+        false => "",
+    };
     let reason = format!(
-        "{} of {} cells of {} are not covered by the other mesh, {:.3e} of its measure: the largest part in cell {cell} at {:?}",
+        "{} of {} cells of {} are not covered by the other mesh{}, {:.3e} of its measure: the largest part in cell {cell} at {:?}",
         uncovered.cells,
         side.cell_count(),
         side.side.source,
+        far,
         part,
         &at[..side.side.space]
     );

@@ -3,6 +3,7 @@
 use super::clip::{cross, dot, subtract};
 use super::domain::Domain;
 use super::element::Element;
+use super::frame::Frame;
 use super::function::Function;
 use super::geometry::Geometry;
 
@@ -11,6 +12,7 @@ pub(super) struct Local<'a> {
     domain: &'a Domain<'a>,
     functions: &'a [Function<'a>],
     cell: Option<u32>,
+    frame: Frame,
     /// Corner 0, and the inverse of the affine map, whose rows are the gradients of the reference coordinates.
     corner: [f64; 3],
     inverse: [[f64; 3]; 3],
@@ -32,6 +34,7 @@ impl<'a> Local<'a> {
             domain,
             functions,
             cell: None,
+            frame: Frame::at([0.0; 3]),
             corner: [0.0; 3],
             inverse: [[0.0; 3]; 3],
             map: None,
@@ -43,12 +46,13 @@ impl<'a> Local<'a> {
         }
     }
 
-    /// Turns to a cell; places are given from `origin`.
-    pub fn turn_to(&mut self, cell: u32, origin: &[f64; 3]) {
+    /// Turns to a cell; places are given in `frame`.
+    pub fn turn_to(&mut self, cell: u32, frame: &Frame) {
+        self.frame = *frame;
         let domain = self.domain;
         let element = domain.element(cell);
         let mut corners = [[0.0; 3]; 5];
-        for (corner, node) in corners.iter_mut().zip(domain.nodes(cell, origin)) {
+        for (corner, node) in corners.iter_mut().zip(domain.nodes(cell, frame)) {
             *corner = node;
         }
         self.corner = corners[0];
@@ -68,7 +72,7 @@ impl<'a> Local<'a> {
             let count = map.len();
             self.coordinates.resize(3 * count, 0.0);
             for axis in 0..domain.dim {
-                let nodes = domain.nodes(cell, origin).map(|x| x[axis]);
+                let nodes = domain.nodes(cell, frame).map(|x| x[axis]);
                 self.nodal.iter_mut().zip(nodes).for_each(|(of, x)| *of = x);
                 let out = &mut self.coordinates[axis * count..(axis + 1) * count];
                 map.coefficients(&self.nodal[..count], out);
@@ -147,7 +151,8 @@ impl<'a> Local<'a> {
                     (0..4).for_each(|k| sum[k] += c * b[k]);
                 }
                 let slope = |k: usize| (0..dim).map(|r| sum[r + 1] * inverse[r][k]).sum();
-                *value = [sum[0], slope(0), slope(1), slope(2)];
+                let [x, y, z] = self.frame.vector(&[slope(0), slope(1), slope(2)]);
+                *value = [sum[0], x, y, z];
             }
         }
     }

@@ -5,6 +5,7 @@ mod derived;
 mod domain;
 mod element;
 mod exact;
+mod frame;
 mod free;
 mod function;
 mod geometry;

@@ -79,6 +79,9 @@ pub(super) fn function(
     let refuse = |why: String| Ok(Err(why));
     let domain = Domain::divided(mesh, 0.0)?;
     let dim = domain.dim;
+    if domain.is_surface {
+        return refuse("the mesh is a surface in space".into());
+    }
     let carriers = element.carriers(dim);
     let width = carriers[0].len();
     if domain

@@ -163,7 +163,7 @@ pub(super) fn differences<'a>(
     let visit = |work: &mut Work, common: &Common| {
         let cells = common.pieces.map(|piece| piece.cell);
         for (side, cell) in work.sides.iter_mut().zip(cells) {
-            side.turn_to(cell, &common.origin);
+            side.turn_to(cell, &common.frame);
         }
         let units: Vec<f64> = laws.iter().map(|law| (law.unit)(cells)).collect();
         for simplex in common.simplices {
@@ -276,7 +276,7 @@ impl Work<'_> {
                     difference += f.rest(cells[0], component) - g.rest(cells[1], component);
                 }
                 let found = |values| {
-                    let at = [0, 1, 2].map(|k| place[k] + common.origin[k]);
+                    let at = common.frame.point(place);
                     let component = (f.components > 1).then_some(component);
                     Some(Place {
                         cells,
@@ -381,12 +381,12 @@ fn norms_of(
         let mut sides = functions.map(|of| Local::new(&domain, of));
         let mut sums = vec![Sums::default(); of_a.len()];
         for piece in pieces {
-            let origin = domain.origin(piece);
-            let simplex = domain.simplex(piece, &origin);
+            let frame = domain.frame(piece);
+            let simplex = domain.simplex(piece, &frame);
             let size = measure(domain.dim, &simplex);
             sides
                 .iter_mut()
-                .for_each(|side| side.turn_to(piece.cell, &origin));
+                .for_each(|side| side.turn_to(piece.cell, &frame));
             for (lambda, weight) in &rule.points {
                 let place = combine(&simplex, lambda);
                 sides.iter_mut().for_each(|side| side.evaluate(&place));

@@ -1,7 +1,8 @@
 //! Two domains laid over each other: every pair of cells with something in common, cut into simplices.
 
-use super::clip::{Simplex, clip, measure};
-use super::domain::{BLOCK, Domain, Piece};
+use super::clip::{Simplex, clip, measure, turn_left};
+use super::domain::{APART, BLOCK, Domain, Piece};
+use super::frame::Frame;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::parallel;
@@ -13,21 +14,23 @@ pub(super) struct Cover {
     pub common: f64,
     /// That of each cell, by its number in the file, that the other mesh covers.
     pub of_cells: [Vec<f64>; 2],
+    /// The largest distance of two surfaces in space along the normals of the first; none in a plane or of solid cells.
+    pub distance: Option<f64>,
 }
 
 /// Two cells' common part.
 pub(super) struct Common<'a> {
     pub pieces: [&'a Piece; 2],
     pub simplices: &'a [Simplex],
-    /// From where the places are given.
-    pub origin: [f64; 3],
+    /// In which the places are given.
+    pub frame: Frame,
     /// Only rounding of the coordinates may have made it: on one side of a face that both meshes have, it belongs to a cell
     /// on the other side.
     pub is_rounding: bool,
 }
 
-/// Pairs of cells with what they have in common.
-type Covered = Vec<([u32; 2], f64)>;
+/// Pairs of cells with what they have in common, in the plane of either.
+type Covered = Vec<([u32; 2], [f64; 2])>;
 
 /// Visits all pairs on all cores. Each block of cells has a `State` of its own; they are merged in the order of the blocks, so
 /// that sums do not depend on the number of threads.
@@ -45,53 +48,74 @@ pub(super) fn overlay<State: Send>(
     let mut cover = Cover {
         common: 0.0,
         of_cells: [count(a), count(b)],
+        distance: a.is_surface.then_some(0.0),
     };
+    if a.is_surface != b.is_surface {
+        return Err(Error::Compare {
+            a: a.side.source.clone(),
+            b: b.side.source.clone(),
+            what: "one mesh is a surface in space, the other lies in a plane z = const".into(),
+            remedy: "give two results on one domain".into(),
+        });
+    }
     let dim = a.dim;
-    let block = |order: &[u32]| -> Result<(State, Covered)> {
+    let block = |order: &[u32]| -> Result<(State, Covered, f64)> {
         let mut state = state();
         let mut covered = Vec::with_capacity(8 * order.len());
         let (mut simplices, mut scratch) = (Vec::new(), Vec::new());
+        let (mut others, mut distance) = (Vec::new(), 0.0_f64);
         for &k in order {
             cancel::check()?;
             let piece = &a.pieces[k as usize];
-            let origin = a.origin(piece);
-            let of_a = a.simplex(piece, &origin);
+            let frame = a.frame(piece);
+            let of_a = a.simplex(piece, &frame);
             let size = measure(dim, &of_a);
-            b.tree.query(&a.bounds(piece), |other| {
-                let other = &b.pieces[other as usize];
-                let of_b = b.simplex(other, &origin);
+            others.clear();
+            b.tree.query(&a.reach(piece), |other| {
+                others.push(&b.pieces[other as usize])
+            });
+            if a.is_surface {
+                distance = distance.max(keep_one_sheet([a, b], piece, &mut others));
+            }
+            for other in &others {
+                let mut of_b = b.simplex(other, &frame);
+                turn_left(dim, &mut of_b);
                 let common = clip(dim, &of_a, &of_b, &mut simplices, &mut scratch);
+                let in_other = match a.is_surface {
+                    true => projected([b, a], other, piece).0,
+                    false => common,
+                };
+                if common > 0.0 || in_other > 0.0 {
+                    covered.push(([piece.cell, other.cell], [common, in_other]));
+                }
                 if common > 0.0 {
-                    covered.push(([piece.cell, other.cell], common));
                     let thin = a.near.max(b.near) * a.span(piece).min(b.span(other));
                     let smaller = size.min(measure(dim, &of_b));
-                    let is_rounding = common <= thin.min(1e-3 * smaller);
-                    let pieces = [piece, other];
-                    let simplices = &simplices;
                     visit(
                         &mut state,
                         &Common {
-                            pieces,
-                            simplices,
-                            origin,
-                            is_rounding,
+                            pieces: [piece, other],
+                            simplices: &simplices,
+                            frame,
+                            is_rounding: common <= thin.min(1e-3 * smaller),
                         },
                     );
                 }
-            });
+            }
         }
-        Ok((state, covered))
+        Ok((state, covered, distance))
     };
     let batch = BLOCK * 4 * rayon::current_num_threads();
     for (k, batched) in a.tree.order.chunks(batch).enumerate() {
         let blocks = parallel::map(batched.chunks(BLOCK), block);
         let blocks: Vec<_> = blocks.into_iter().collect::<Result<_>>()?;
-        for (state, covered) in blocks {
+        for (state, covered, distance) in blocks {
             merge(state);
+            cover.distance = cover.distance.map(|of| of.max(distance));
             for ([i, j], common) in covered {
-                cover.common += common;
-                cover.of_cells[0][i as usize] += common;
-                cover.of_cells[1][j as usize] += common;
+                cover.common += common[0];
+                cover.of_cells[0][i as usize] += common[0];
+                cover.of_cells[1][j as usize] += common[1];
             }
         }
         progress(((k + 1) * batch).min(a.tree.order.len()) as f64 / a.tree.order.len() as f64);
@@ -106,7 +130,8 @@ pub(super) fn overlay<State: Send>(
             [pick(0, f64::min), pick(1, f64::max)]
         });
         let [low, high] = all.unwrap_or_default();
-        format!("from {:?} to {:?}", &low[..dim], &high[..dim])
+        let shown = if side.is_surface { 3 } else { dim };
+        format!("from {:?} to {:?}", &low[..shown], &high[..shown])
     };
     Err(Error::Compare {
         a: a.side.source.clone(),
@@ -118,6 +143,48 @@ pub(super) fn overlay<State: Send>(
         ),
         remedy: "give two results on one domain".into(),
     })
+}
+
+/// What a piece of a surface and the projection of another on its plane have in common, and how far the other is from it there.
+fn projected([a, b]: [&Domain; 2], piece: &Piece, other: &Piece) -> (f64, f64) {
+    let frame = a.frame(piece);
+    let mut of_b = b.simplex(other, &frame);
+    turn_left(a.dim, &mut of_b);
+    let mut cut = Vec::new();
+    let of_a = a.simplex(piece, &frame);
+    let common = clip(a.dim, &of_a, &of_b, &mut cut, &mut Vec::new());
+    (common, b.rise(other, &frame, &cut))
+}
+
+/// Keeps those pieces of another surface that are the same part of the surface as this one, and returns the largest distance: pieces whose planes
+/// are within 60° of each other and no further apart than [`APART`]. Where two sheets of the other are as near as that, as at
+/// the trailing edge of a wing, they turn about opposite normals, and the nearer one is kept.
+fn keep_one_sheet([a, b]: [&Domain; 2], piece: &Piece, others: &mut Vec<&Piece>) -> f64 {
+    let frame = a.frame(piece);
+    let size = a.piece_measure(piece);
+    // Area, and distance times area, of those that turn the same way and of those that turn the other.
+    let mut sheets = [[0.0; 2]; 2];
+    let mut found = Vec::with_capacity(others.len());
+    for other in others.drain(..) {
+        let cosine = frame.cosine(&b.frame(other));
+        let (common, rise) = projected([a, b], piece, other);
+        let (in_other, rise_in_other) = projected([b, a], other, piece);
+        let rise = rise.max(rise_in_other);
+        let apart = APART * a.length(piece).max(b.length(other));
+        if cosine.abs() >= 0.5 && common.max(in_other) > 0.0 && rise <= apart {
+            let sheet = usize::from(cosine < 0.0);
+            sheets[sheet][0] += common;
+            sheets[sheet][1] += common * rise;
+            found.push((sheet, other, if common > 0.0 { rise } else { 0.0 }));
+        }
+    }
+    let [same, opposite] = sheets;
+    if same[0].min(opposite[0]) > 0.0 && same[0] + opposite[0] > (1.0 + 1e-6) * size {
+        let nearer = usize::from(opposite[1] * same[0] < same[1] * opposite[0]);
+        found.retain(|(sheet, ..)| *sheet == nearer);
+    }
+    others.extend(found.iter().map(|(_, other, _)| *other));
+    found.iter().fold(0.0, |most, (.., rise)| rise.max(most))
 }
 
 /// The part of the cells of a domain that the other mesh does not cover.

@@ -196,8 +196,8 @@ fn assemble<'a>(
     };
     let visit = |(here, there, parts): &mut (Local<'a>, Local<'a>, Vec<Part>), common: &Common| {
         let [cell, other] = common.pieces.map(|piece| piece.cell);
-        here.turn_to(cell, &common.origin);
-        there.turn_to(other, &common.origin);
+        here.turn_to(cell, &common.frame);
+        there.turn_to(other, &common.frame);
         let element = onto.element(cell);
         let count = element.len();
         if parts.last().is_none_or(|part| part.cell != cell) {

@@ -262,14 +262,14 @@ pub(super) fn integrate<T: Send>(
         let mut sum = new();
         for piece in pieces {
             cancel::check()?;
-            let origin = domain.origin(piece);
-            let simplex = domain.simplex(piece, &origin);
+            let frame = domain.frame(piece);
+            let simplex = domain.simplex(piece, &frame);
             let size = measure(domain.dim, &simplex);
-            local.turn_to(piece.cell, &origin);
+            local.turn_to(piece.cell, &frame);
             for (lambda, weight) in &rule.points {
                 let place = combine(&simplex, lambda);
                 local.evaluate(&place);
-                let at = [0, 1, 2].map(|k| place[k] + origin[k]);
+                let at = frame.point(&place);
                 visit(&mut sum, piece.cell, weight * size, &at, &local.values);
             }
         }

@@ -4,6 +4,7 @@ mod differing;
 mod hexahedra;
 mod prisms;
 mod pyramids;
+mod surfaces;
 
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
