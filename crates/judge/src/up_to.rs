@@ -582,6 +582,6 @@ fn candidates(of: &ComparedField, map: MatchBy, n: usize) -> Vec<Vec<UpTo>> {
     all.push(vec![UpTo::Constant, UpTo::Sign]);
     all.extend((n == 2).then(|| vec![UpTo::Phase]));
     all.extend((n >= 2 && of.on != On::Cells).then(|| vec![UpTo::Rigid]));
-    all.extend((n >= 2 && of.on != On::Points).then(|| vec![UpTo::Gradient]));
+    all.extend((n >= 2).then(|| vec![UpTo::Gradient]));
     all
 }
