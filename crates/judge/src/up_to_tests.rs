@@ -274,7 +274,7 @@ fn gradients_of_linear_functions_are_free_and_curls_are_not() {
     assert_eq!(found.field.verdict, Verdict::Agree, "{found:?}");
     assert!(found.removed[0].parts[0].size > 0.1);
     assert_eq!(asked(&of(0.7, 1e-5)).field.verdict, Verdict::Disagree);
-    // Where it was not asked for, it is told, and the verdict stays.
+    // Where it was not asked for, it is reported, and the verdict stays.
     let plain = |b: &Results| compared(&of(0.0, 0.0), b, None);
     let found = plain(&of(0.7, 0.0));
     assert_eq!(found.field.verdict, Verdict::Disagree);

@@ -24,6 +24,26 @@ pub(super) fn turn_left(dim: usize, s: &mut Simplex) {
     }
 }
 
+/// Gradients of the barycentric coordinates of a simplex.
+pub(super) fn barycentric(dim: usize, corners: &Simplex) -> [[f64; 3]; 4] {
+    let edges = [1, 2, 3].map(|k| match k <= dim {
+        true => subtract(&corners[k], &corners[0]),
+        false => [0.0, 0.0, 1.0],
+    });
+    let rows = [
+        cross(&edges[1], &edges[2]),
+        cross(&edges[2], &edges[0]),
+        cross(&edges[0], &edges[1]),
+    ];
+    let determinant = dot(&edges[0], &rows[0]);
+    let mut all = [[0.0; 3]; 4];
+    for k in 0..dim {
+        all[k + 1] = rows[k].map(|x| x / determinant);
+        (0..3).for_each(|c| all[0][c] -= all[k + 1][c]);
+    }
+    all
+}
+
 pub(crate) fn subtract(p: &[f64; 3], q: &[f64; 3]) -> [f64; 3] {
     [p[0] - q[0], p[1] - q[1], p[2] - q[2]]
 }

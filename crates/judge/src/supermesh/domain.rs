@@ -3,11 +3,10 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::clip::{Simplex, clip, dot, measure, subtract, turn_left};
+use super::clip::{Simplex, barycentric, clip, dot, measure, subtract, turn_left};
 use super::element::{Element, PYRAMID};
 use super::frame::Frame;
 use super::geometry::{Geometry, is_convex};
-use super::small::barycentric;
 use super::tree::{Bounds, Tree};
 use faceoff_mesh::CellKind;
 use faceoff_mesh::cancel;

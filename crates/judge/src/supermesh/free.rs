@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use super::clip::measure;
+use super::clip::{barycentric, measure};
 use super::domain::{Domain, Piece};
 use super::element::Element;
 use super::function::Function;
@@ -15,7 +15,7 @@ use super::norms::{combine, is_exact};
 use super::overlay::{Common, overlay};
 use super::project::conjugate_gradients;
 use super::rule::Rule;
-use super::small::{Linear, Moments, Products, Sum, barycentric, domain, integrate};
+use super::small::{Linear, Moments, Products, Sum, domain, integrate};
 use crate::On;
 use crate::comparison::by_id;
 use crate::open::{Over, UpTo};

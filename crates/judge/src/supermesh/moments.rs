@@ -2,9 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::clip::{cross, dot, subtract};
+use super::clip::{barycentric, cross, dot, subtract};
 use super::domain::Domain;
-use super::small::barycentric;
 use crate::parts::number;
 use faceoff_mesh::cancel;
 use faceoff_mesh::error::Result;

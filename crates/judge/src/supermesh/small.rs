@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::clip::{Simplex, cross, dot, measure, subtract};
+use super::clip::{cross, dot, measure, subtract};
 use super::domain::{BLOCK, Domain, Piece};
 use super::function::Function;
 use super::map::Local;
@@ -277,24 +277,4 @@ pub(super) fn integrate<T: Send>(
     };
     let blocks = parallel::map(domain.pieces.chunks(BLOCK), block);
     blocks.into_iter().collect()
-}
-
-/// Gradients of the barycentric coordinates of a simplex.
-pub(super) fn barycentric(dim: usize, corners: &Simplex) -> [[f64; 3]; 4] {
-    let edges = [1, 2, 3].map(|k| match k <= dim {
-        true => subtract(&corners[k], &corners[0]),
-        false => [0.0, 0.0, 1.0],
-    });
-    let rows = [
-        cross(&edges[1], &edges[2]),
-        cross(&edges[2], &edges[0]),
-        cross(&edges[0], &edges[1]),
-    ];
-    let determinant = dot(&edges[0], &rows[0]);
-    let mut all = [[0.0; 3]; 4];
-    for k in 0..dim {
-        all[k + 1] = rows[k].map(|x| x / determinant);
-        (0..3).for_each(|c| all[0][c] -= all[k + 1][c]);
-    }
-    all
 }
