@@ -184,7 +184,7 @@ fn planted_faults_of_files_are_found_and_nothing_in_files_as_they_are() {
         // What hangs takes the time limit for each smaller case.
         let (count, patience) = match words {
             None => (12, "30s"),
-            Some("hangs") => (5, "2s"),
+            Some("hangs") => (5, "1s"),
             Some(_) => (5, "30s"),
         };
         let asked = format!(
