@@ -67,9 +67,29 @@ pub fn plan(names: &[&str]) -> Vec<Installation> {
 /// The Python of the private environment, if meshio is in it.
 pub fn meshio_python() -> Option<PathBuf> {
     let named = std::env::var_os("FACEOFF_MESHIO_PYTHON").map(PathBuf::from);
-    let private = environment().map(|home| home.join("bin/python3"));
-    let mut all = [named, private].into_iter().flatten();
-    all.find(|python| fenicsx::has_module(python, "meshio"))
+    let named = named.filter(|python| fenicsx::has_module(python, "meshio"));
+    named.or_else(|| {
+        let python = environment()?.join("bin/python3");
+        let has_meshio = is_in_environment(&python, "meshio");
+        has_meshio
+            .unwrap_or_else(|| fenicsx::has_module(&python, "meshio"))
+            .then_some(python)
+    })
+}
+
+/// Whether a module is in the environment of this Python, by its files: every command that reads a file asks, and a Python that answers takes
+/// longer to start than most files to read. `None` where the interpreter does not have its version in its name.
+fn is_in_environment(python: &Path, module: &str) -> Option<bool> {
+    let interpreter = std::fs::canonicalize(python).ok()?;
+    let version = interpreter.file_name()?.to_str()?;
+    version.strip_prefix("python3.")?;
+    let packages = python
+        .parent()?
+        .parent()?
+        .join("lib")
+        .join(version)
+        .join("site-packages");
+    Some(packages.join(module).join("__init__.py").is_file())
 }
 
 /// Where the private environment is, or would be.
@@ -132,4 +152,31 @@ fn is_root() -> bool {
 
 fn words(words: &[&str]) -> Vec<String> {
     words.iter().map(|&w| w.to_owned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    #[test]
+    fn a_module_is_found_by_its_files_and_not_in_another_pythons() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |path: &str| folder.path().join(path);
+        let write = |path: &str| {
+            fs::create_dir_all(at(path).parent().unwrap()).unwrap();
+            fs::write(at(path), "").unwrap();
+        };
+        let python = at("env/bin/python3");
+        assert_eq!(is_in_environment(&python, "meshio"), None);
+        write("usr/python3.11");
+        write("env/bin/activate");
+        std::os::unix::fs::symlink(at("usr/python3.11"), &python).unwrap();
+        assert_eq!(is_in_environment(&python, "meshio"), Some(false));
+        // As after an upgrade of the system, which leaves the packages of the version before.
+        write("env/lib/python3.9/site-packages/meshio/__init__.py");
+        assert_eq!(is_in_environment(&python, "meshio"), Some(false));
+        write("env/lib/python3.11/site-packages/meshio/__init__.py");
+        assert_eq!(is_in_environment(&python, "meshio"), Some(true));
+    }
 }
