@@ -6,6 +6,7 @@ mod bytes;
 mod cgns;
 mod collection;
 mod dofs;
+mod elements;
 mod exodus;
 mod freefem;
 mod hdf5;

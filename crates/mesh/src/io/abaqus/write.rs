@@ -2,33 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::{FORMAT, elements};
+use super::FORMAT;
+use super::elements::{order, sides as sides_of};
 use crate::error::Result;
-use crate::io::Job;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
+use crate::io::{Job, elements};
 use crate::mesh::{CellKind, Group};
-
-/// Types of elements that are written, in 2D and in 3D.
-const TYPES: [(CellKind, &str, &str); 17] = [
-    (CellKind::Line, "T2D2", "T3D2"),
-    (CellKind::Line3, "T2D3", "T3D3"),
-    (CellKind::Triangle, "CPS3", "S3"),
-    (CellKind::Triangle6, "CPS6", "STRI65"),
-    (CellKind::Quadrangle, "CPS4", "S4"),
-    (CellKind::Quadrangle8, "CPS8", "S8R"),
-    (CellKind::Quadrangle9, "M3D9", "M3D9"),
-    (CellKind::Tetrahedron, "C3D4", "C3D4"),
-    (CellKind::Tetrahedron10, "C3D10", "C3D10"),
-    (CellKind::Pyramid, "C3D5", "C3D5"),
-    (CellKind::Pyramid13, "C3D13", "C3D13"),
-    (CellKind::Prism, "C3D6", "C3D6"),
-    (CellKind::Prism15, "C3D15", "C3D15"),
-    (CellKind::Hexahedron, "C3D8", "C3D8"),
-    (CellKind::Hexahedron20, "C3D20", "C3D20"),
-    (CellKind::Hexahedron27, "C3D27", "C3D27"),
-    (CellKind::Vertex, "MASS", "MASS"),
-];
 
 type Cell<'a> = (CellKind, &'a [u32]);
 
@@ -42,10 +22,10 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let flat = mesh.is_flat();
     let cells: Vec<Cell<'_>> = mesh.cells().map(|(_, kind, nodes)| (kind, nodes)).collect();
     let sides = sides(&cells, dim);
-    let is_known = |kind: CellKind| TYPES.iter().any(|(known, ..)| *known == kind);
+
     let side = |cell: &u32| {
         let side = sides.get(&sorted(cells[*cell as usize])).copied();
-        side.filter(|(of, _)| is_known(cells[*of as usize].0))
+        side.filter(|(of, _)| types(cells[*of as usize].0).is_some())
     };
     let is_surface = |group: &&Group| {
         group.dim + 1 == dim && dim > 1 && group.cells.iter().all(|cell| side(cell).is_some())
@@ -53,7 +33,10 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let (surfaces, sets): (Vec<&Group>, Vec<&Group>) = mesh.groups.iter().partition(is_surface);
 
     // What a set of nodes or a surface stands for is not written as an element.
-    let mut written: Vec<bool> = cells.iter().map(|(kind, _)| is_known(*kind)).collect();
+    let mut written: Vec<bool> = cells
+        .iter()
+        .map(|(kind, _)| types(*kind).is_some())
+        .collect();
     let twice = surfaces.iter().flat_map(|group| &group.cells);
     losses.note_twice(twice.filter_map(|cell| {
         let (of, number) = side(cell)?;
@@ -98,11 +81,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     }
     let mut last = None;
     for (number, ((kind, nodes), written)) in (1u32..).zip(cells.iter().zip(&written)) {
-        let Some((_, plane, space)) = TYPES
-            .iter()
-            .find(|(known, ..)| known == kind)
-            .filter(|_| *written)
-        else {
+        let Some([plane, space]) = types(*kind).filter(|_| *written) else {
             continue;
         };
         if last.replace(*kind) != Some(*kind) {
@@ -111,7 +90,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
                 if flat { plane } else { space }
             ));
         }
-        let order = elements::order(*kind).into_iter();
+        let order = order(*kind).into_iter();
         let nodes = order.map(|place| nodes[place] + 1);
         let numbers: Vec<u32> = [number].into_iter().chain(nodes).collect();
         // A line has at most sixteen numbers.
@@ -153,6 +132,11 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
     out.save(path)?;
     Ok(warnings)
+}
+
+/// The types of elements that are written in 2D and in 3D.
+fn types(kind: CellKind) -> Option<[&'static str; 2]> {
+    elements::name(|element| element.abaqus, kind)
 }
 
 /// Numbers with commas between them; the line stays open.
@@ -197,12 +181,8 @@ fn sorted((kind, nodes): Cell<'_>) -> Vec<u32> {
 fn sides(cells: &[Cell<'_>], dim: u8) -> HashMap<Vec<u32>, (u32, usize)> {
     let mut sides = HashMap::new();
     for ((kind, nodes), cell) in cells.iter().zip(0u32..) {
-        let known = kind.dim() == dim && TYPES.iter().any(|(known, ..)| known == kind);
-        for (place, side) in elements::sides(kind.shape())
-            .iter()
-            .enumerate()
-            .filter(|_| known)
-        {
+        let known = kind.dim() == dim && types(*kind).is_some();
+        for (place, side) in sides_of(kind.shape()).iter().enumerate().filter(|_| known) {
             let mut corners: Vec<u32> = side
                 .iter()
                 .filter_map(|&corner| nodes.get(corner).copied())

@@ -6,14 +6,27 @@
 //! Written is one unstructured zone on HDF5; each group is a boundary condition.
 
 mod adf;
-mod cells;
 mod read;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod write;
 
-use super::Native;
+use super::{Native, elements};
+use crate::mesh::CellKind;
+
+/// Elements of several kinds; of any number of corners; and of faces.
+const MIXED: i64 = 20;
+const NGON: i64 = 22;
+const NFACE: i64 = 23;
+
+fn number_of(kind: CellKind) -> Option<i64> {
+    elements::name(|element| element.cgns, kind)
+}
+
+fn kind_of(number: i64) -> Option<CellKind> {
+    elements::kind(|element| element.cgns, number)
+}
 
 pub static FORMAT: Native = Native {
     title: "CGNS",

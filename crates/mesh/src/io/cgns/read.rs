@@ -12,7 +12,7 @@ use boundaries::{alias, family};
 use polytopes::{face, faces, lists};
 
 use super::tree::{self, Node};
-use super::{adf, cells};
+use super::{MIXED, NFACE, NGON, adf, kind_of};
 use crate::error::Result;
 use crate::field::Unread;
 use crate::io::polytopes::Lists;
@@ -284,21 +284,21 @@ impl Reader {
         let refuse = |what| section.refuse(what);
         match number {
             // Where there are polyhedra, these are their faces.
-            cells::NGON if !faces.is_empty() => return Ok(false),
-            cells::NGON => {
+            NGON if !faces.is_empty() => return Ok(false),
+            NGON => {
                 self.sets
                     .polygons(&lists(section)?, points)
                     .map_err(refuse)?;
                 return Ok(true);
             }
-            cells::NFACE => {
+            NFACE => {
                 let face = |number| Ok(face(faces, number, points)?.1);
                 self.sets
                     .polyhedra(&lists(section)?, face)
                     .map_err(refuse)?;
                 return Ok(true);
             }
-            number if number != cells::MIXED && cells::kind(number).is_none() => {
+            number if number != MIXED && kind_of(number).is_none() => {
                 self.unread.push(Unread::new(
                     section.name(),
                     format!(
@@ -328,7 +328,7 @@ impl Reader {
             }
             Ok(())
         };
-        if let Some(kind) = cells::kind(number) {
+        if let Some(kind) = kind_of(number) {
             if !numbers.len().is_multiple_of(kind.points()) {
                 return Err(
                     section.refuse(format!("{} nodes do not make {kind} cells", numbers.len()))
@@ -343,7 +343,7 @@ impl Reader {
         // Consecutive cells of one kind.
         let mut runs: Vec<(CellKind, Vec<i64>)> = Vec::new();
         while let [number, tail @ ..] = rest {
-            let kind = cells::kind(*number).ok_or_else(|| {
+            let kind = kind_of(*number).ok_or_else(|| {
                 section.refuse(format!("elements of CGNS's type {number} are not read"))
             })?;
             let Some((cell, others)) = tail.split_at_checked(kind.points()) else {

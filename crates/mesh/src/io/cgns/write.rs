@@ -1,6 +1,6 @@
 //! Writes CGNS files on HDF5.
 
-use super::{FORMAT, cells};
+use super::{FORMAT, number_of};
 use crate::error::Result;
 use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::loss::Losses;
@@ -22,7 +22,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     for block in mesh
         .blocks
         .iter()
-        .filter(|block| cells::number(block.kind).is_none())
+        .filter(|block| number_of(block.kind).is_none())
     {
         losses.lose(format!("{} {} cells", block.len(), block.kind));
     }
@@ -33,7 +33,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
             Some((block, first))
         });
         firsts
-            .filter(|(block, _)| cells::number(block.kind).is_some())
+            .filter(|(block, _)| number_of(block.kind).is_some())
             .collect()
     };
     // The number of each element, from 1 on.
@@ -87,7 +87,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     {
         let kind = block.kind;
         let section = node(zone, &format!("{}_{}", k + 1, kind), "Elements_t", "I4");
-        let number = cells::number(kind).unwrap_or(0);
+        let number = number_of(kind).unwrap_or(0);
         section.add(
             " data",
             Data::integers(INT, vec![2], move |k| if k == 0 { number } else { 0 }),

@@ -3,35 +3,6 @@
 use crate::io::sides;
 use crate::mesh::{CellKind, Shape};
 
-/// MED's names of kinds.
-pub const KINDS: [(&str, CellKind); 18] = [
-    ("PO1", CellKind::Vertex),
-    ("SE2", CellKind::Line),
-    ("SE3", CellKind::Line3),
-    ("TR3", CellKind::Triangle),
-    ("TR6", CellKind::Triangle6),
-    ("QU4", CellKind::Quadrangle),
-    ("QU8", CellKind::Quadrangle8),
-    ("QU9", CellKind::Quadrangle9),
-    ("TE4", CellKind::Tetrahedron),
-    ("T10", CellKind::Tetrahedron10),
-    ("HE8", CellKind::Hexahedron),
-    ("H20", CellKind::Hexahedron20),
-    ("H27", CellKind::Hexahedron27),
-    ("PE6", CellKind::Prism),
-    ("P15", CellKind::Prism15),
-    ("P18", CellKind::Prism18),
-    ("PY5", CellKind::Pyramid),
-    ("P13", CellKind::Pyramid13),
-];
-
-pub fn name(kind: CellKind) -> Option<&'static str> {
-    KINDS
-        .iter()
-        .find(|(_, known)| *known == kind)
-        .map(|(name, _)| *name)
-}
-
 /// The place in Gmsh's order of each node in MED's.
 pub fn order(kind: CellKind) -> Vec<usize> {
     let corners: &[usize] = match kind.shape() {

@@ -7,10 +7,10 @@ use std::path::Path;
 use super::cells;
 use crate::error::Result;
 use crate::field::Unread;
-use crate::io::Content;
 use crate::io::hdf5::{self, Data, Group};
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
+use crate::io::{Content, elements};
 use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
 
 /// The groups of each family by its number, and the family's own name where it has none.
@@ -26,8 +26,8 @@ struct Reader {
     file: Group,
     mesh: String,
     sets: Sets,
-    /// The cells of each of MED's kinds.
-    cells: BTreeMap<&'static str, Range<u32>>,
+    /// The cells of each kind.
+    cells: BTreeMap<CellKind, Range<u32>>,
     unread: Vec<Unread>,
 }
 
@@ -206,12 +206,12 @@ impl Reader {
             .transpose()?
             .unwrap_or_default();
         for (name, group) in all {
-            let known = cells::KINDS.iter().find(|(known, _)| *known == name);
+            let known = kind_of(&name);
             let polygons = ["POG", "PO2"].contains(&name.as_str());
             let first = self.sets.mesh.cell_count() as u32;
             let count;
             match known {
-                Some(&(name, kind)) => {
+                Some(kind) => {
                     let data = group.needed("NOD")?;
                     let (numbers, width) = (data.raw(None)?, kind.points());
                     count = numbers.len() / width;
@@ -233,7 +233,7 @@ impl Reader {
                         block.tags = own.into_iter().map(|n| n.max(0) as u64).collect();
                     }
                     let cells = self.sets.block(block);
-                    self.cells.insert(name, cells);
+                    self.cells.insert(kind, cells);
                 }
                 None if polygons => {
                     let data = group.needed("NOD")?;
@@ -371,8 +371,7 @@ impl Reader {
             let range = match kind {
                 None => Some((0..self.sets.mesh.points.len() as u32, CellKind::Vertex)),
                 Some(kind) => {
-                    let of = cells::KINDS.iter().find(|(known, _)| *known == kind);
-                    of.and_then(|(name, kind)| Some((self.cells.get(name)?.clone(), *kind)))
+                    kind_of(kind).and_then(|kind| Some((self.cells.get(&kind)?.clone(), kind)))
                 }
             };
             let Some((range, kind)) = range else {
@@ -462,6 +461,10 @@ impl Reader {
             false => Err(data.refuse("a profile that is not ascending is not read")),
         }
     }
+}
+
+fn kind_of(name: &str) -> Option<CellKind> {
+    elements::kind(|element| element.med, name)
 }
 
 /// An index from 0 for one from 1.

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::io::hdf5::write::{Data, Group, Type};
 use crate::io::loss::Losses;
 use crate::io::raw::CellNodes;
-use crate::io::{Job, sets};
+use crate::io::{Job, elements, sets};
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Mesh, Support};
 
 const INT: Type = Type::Signed(4);
@@ -143,7 +143,7 @@ fn of_kinds<'a>(mesh: &'a Mesh, losses: &mut Losses) -> Vec<OfKind<'a>> {
         let cells = first..first + block.len() as u32;
         first = cells.end;
         let of_kind = kinds.entry(block.kind).or_insert_with(|| OfKind {
-            name: cells::name(block.kind).unwrap_or_default(),
+            name: elements::name(|element| element.med, block.kind).unwrap_or_default(),
             kind: block.kind,
             blocks: Vec::new(),
             cells: Vec::new(),

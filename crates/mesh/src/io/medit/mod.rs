@@ -10,6 +10,7 @@ pub mod sol;
 mod write;
 
 use super::Native;
+use super::elements::ELEMENTS;
 use crate::mesh::CellKind;
 
 pub static FORMAT: Native = Native {
@@ -23,20 +24,11 @@ pub static FORMAT: Native = Native {
     write: write::write,
 };
 
-/// Keywords of cells and their numbers in binary files. Nodes are in Gmsh's order, except for the [`SWAPPED`].
-const CELLS: [(&str, i32, CellKind); 11] = [
-    ("Edges", 5, CellKind::Line),
-    ("Triangles", 6, CellKind::Triangle),
-    ("Quadrilaterals", 7, CellKind::Quadrangle),
-    ("Tetrahedra", 8, CellKind::Tetrahedron),
-    ("Hexahedra", 10, CellKind::Hexahedron),
-    ("Prisms", 9, CellKind::Prism),
-    ("Pyramids", 49, CellKind::Pyramid),
-    ("EdgesP2", 25, CellKind::Line3),
-    ("TrianglesP2", 24, CellKind::Triangle6),
-    ("QuadrilateralsQ2", 27, CellKind::Quadrangle9),
-    ("TetrahedraP2", 30, CellKind::Tetrahedron10),
-];
+/// Keywords of cells, their numbers in binary files, and their kinds. Nodes are in Gmsh's order, except for the [`SWAPPED`].
+fn cells() -> impl Iterator<Item = (&'static str, i32, CellKind)> {
+    let all = ELEMENTS.iter().map(|of| (of.medit.0, of.medit.1, of.kind));
+    all.filter(|(keyword, ..)| !keyword.is_empty())
+}
 
 /// The nodes of the quadratic tetrahedron that Gmsh has the other way round.
 const SWAPPED: (usize, usize) = (8, 9);

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::sections::Sections;
-use super::{CELLS, NAME, SWAPPED};
+use super::{NAME, SWAPPED, cells};
 use crate::error::Result;
 use crate::field::Unread;
 use crate::io::Content;
@@ -56,7 +56,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     while let Some(word) = sections.next()? {
         curves |= GEOMETRY.contains(&word.as_str());
         values |= word.starts_with("SolAt");
-        let cell = CELLS.iter().find(|(name, ..)| *name == word);
+        let cell = cells().find(|(name, ..)| *name == word);
         match (word.as_str(), cell) {
             ("Vertices", _) => {
                 let dimension = sections.dimension;
@@ -72,7 +72,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                 let count = sections.count("vertices", 1, dimension)?;
                 rows.points(&mut sections.scan, count, dimension)?;
             }
-            (_, Some(&(_, _, kind))) => {
+            (_, Some((.., kind))) => {
                 if !has_vertices {
                     return Err(sections.scan.error("cells come before the vertices"));
                 }

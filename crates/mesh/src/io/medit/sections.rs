@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::CELLS;
+use super::cells;
 use crate::error::Result;
 use crate::io::scan::{Numbers, Scan};
 
@@ -149,7 +149,7 @@ impl<'a> Sections<'a> {
             return Ok(None);
         }
         let number = scan.i32()?;
-        let cells = CELLS.iter().map(|&(name, number, _)| (name, number));
+        let cells = cells().map(|(name, number, _)| (name, number));
         let mut known = cells.chain(KEYWORDS).filter(|(_, known)| *known == number);
         let name = known.next().map(|(name, _)| name.to_owned());
         let name = name.unwrap_or_else(|| format!("keyword {number}"));

@@ -7,8 +7,8 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::CELLS;
 use super::binary::Binary;
+use super::cells;
 use super::sections::{Sections, number};
 use crate::error::Result;
 use crate::io::loss::Losses;
@@ -27,14 +27,14 @@ pub fn read(path: &Path, bytes: &[u8], mesh: &Mesh) -> Result<Vec<Field>> {
     let mut fields: Vec<Field> = Vec::new();
     while let Some(word) = sections.next()? {
         let on = word.strip_prefix("SolAt").unwrap_or_default();
-        let kind = CELLS.iter().find(|(name, ..)| *name == on);
+        let kind = cells().find(|(name, ..)| *name == on);
         if kind.is_none() && on != "Vertices" {
             return Err(sections.scan.error("this is not a section of values"));
         }
         if sections.dimension == 0 {
             return Err(sections.scan.error("the values come before the dimension"));
         }
-        fields.extend(values(&mut sections, kind.map(|(.., kind)| *kind), mesh)?);
+        fields.extend(values(&mut sections, kind.map(|(.., kind)| kind), mesh)?);
     }
     if !sections.ended {
         return Err(sections.scan.error("End is missing"));
@@ -257,7 +257,7 @@ fn columns<'a>(
                     .for_each(|(&cell, k)| row[cell as usize] = Some(k)),
             }
             let mut found = Vec::new();
-            for (keyword, _, kind) in CELLS {
+            for (keyword, _, kind) in cells() {
                 let rows: Vec<Option<usize>> = mesh
                     .cells_of(kind)
                     .map(|(cell, ..)| row[cell as usize])

@@ -1,7 +1,7 @@
 //! Writes meshes, as text or in binary.
 
 use super::binary::Binary;
-use super::{CELLS, FORMAT, NAME, SWAPPED, sol};
+use super::{FORMAT, NAME, SWAPPED, cells, sol};
 use crate::error::Result;
 use crate::io::Job;
 use crate::io::labels::Labels;
@@ -16,7 +16,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
     let mut labels = Labels::of_cells(mesh, &mut losses);
     let held =
-        |kind: CellKind| CELLS.iter().any(|(.., known)| *known == kind) || kind == CellKind::Vertex;
+        |kind: CellKind| cells().any(|(.., known)| known == kind) || kind == CellKind::Vertex;
     let rest = mesh.cells().filter(|(_, kind, _)| !held(*kind)).count();
     losses.lose_some(rest, "cells of the kinds that it has no keyword for");
     let fields = labels.label_points(&mut losses);
@@ -80,7 +80,7 @@ fn write_text(
         mesh.points.len()
     ));
     labels.write_points(out, dimension);
-    for (keyword, _, kind) in CELLS {
+    for (keyword, _, kind) in cells() {
         let count = mesh.count(kind);
         if count > 0 {
             out.text(&format!("{keyword}\n{count}\n"));
@@ -109,7 +109,7 @@ fn write_binary(out: &mut Out, labels: &Labels<'_>, mesh: &Mesh, dimension: usiz
             i32::put_le(&[label], end);
         }
     });
-    for (_, keyword, kind) in CELLS {
+    for (_, keyword, kind) in cells() {
         let count = mesh.count(kind);
         if count > 0 {
             let (width, order) = (kind.points(), order(kind));

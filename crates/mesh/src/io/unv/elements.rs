@@ -15,25 +15,6 @@ pub fn kind(descriptor: u64, nodes: usize) -> Option<CellKind> {
     CellKind::of_points(dim, nodes)
 }
 
-/// The descriptors that are written.
-pub const WRITTEN: [(CellKind, u64); 15] = [
-    (CellKind::Line, 21),
-    (CellKind::Line3, 24),
-    (CellKind::Triangle, 41),
-    (CellKind::Triangle6, 42),
-    (CellKind::Quadrangle, 44),
-    (CellKind::Quadrangle8, 45),
-    (CellKind::Tetrahedron, 111),
-    (CellKind::Prism, 112),
-    (CellKind::Prism15, 113),
-    (CellKind::Hexahedron, 115),
-    (CellKind::Hexahedron20, 116),
-    (CellKind::Tetrahedron10, 118),
-    (CellKind::Pyramid, 312),
-    (CellKind::Pyramid13, 114),
-    (CellKind::Vertex, 161),
-];
-
 /// Whether a line about the orientation precedes the nodes.
 pub fn is_beam(descriptor: u64) -> bool {
     matches!(descriptor, 11 | 21..=24)

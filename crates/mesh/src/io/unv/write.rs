@@ -1,11 +1,11 @@
 //! Writes nodes (2411), elements (2412), groups (2467) and results (2414). Groups of vertices become groups of nodes.
 
 use super::FORMAT;
-use super::elements::{WRITTEN, is_beam, order};
+use super::elements::{is_beam, order};
 use crate::error::Result;
-use crate::io::Job;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
+use crate::io::{Job, elements};
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
@@ -29,8 +29,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     });
     let mut lost = 0;
     for (cell, kind, found) in mesh.cells() {
-        let written = WRITTEN.iter().find(|(known, _)| *known == kind);
-        let Some(&(_, descriptor)) = written else {
+        let Some(descriptor) = descriptor(kind) else {
             lost += 1;
             continue;
         };
@@ -64,6 +63,10 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
     out.save(path)?;
     Ok(warnings)
+}
+
+fn descriptor(kind: CellKind) -> Option<u64> {
+    elements::name(|element| element.unv, kind)
 }
 
 /// Sixteen digits after the point, as wide as two of the format's columns.
@@ -113,11 +116,7 @@ fn groups(out: &mut Out, mesh: &Mesh, losses: &mut Losses) {
         if name.contains(['\n', '\r']) || name.trim() != name {
             losses.lose(format!("the name {name:?} as it is"));
         }
-        let known = |cell: &&u32| {
-            WRITTEN
-                .iter()
-                .any(|(kind, _)| *kind == kinds[**cell as usize])
-        };
+        let known = |cell: &&u32| descriptor(kinds[**cell as usize]).is_some();
         let members: Vec<u64> = group
             .cells
             .iter()

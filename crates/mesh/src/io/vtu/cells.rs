@@ -1,6 +1,7 @@
 //! VTK's cell types, and the order of their nodes against Gmsh's.
 
 use super::lattice::{Order, places, reference_nodes};
+use crate::io::elements;
 use crate::io::sides::usual_order;
 use crate::mesh::{CellKind, Shape};
 
@@ -16,28 +17,6 @@ const LAGRANGE: [Shape; 6] = [
 const FIRST_LAGRANGE: u8 = 68;
 pub(crate) const POLYHEDRON: u8 = 42;
 
-/// VTK's numbers of the cells of order 1 and 2.
-const CLASSICAL: [(u8, CellKind); 18] = [
-    (1, CellKind::Vertex),
-    (3, CellKind::Line),
-    (5, CellKind::Triangle),
-    (9, CellKind::Quadrangle),
-    (10, CellKind::Tetrahedron),
-    (12, CellKind::Hexahedron),
-    (13, CellKind::Prism),
-    (14, CellKind::Pyramid),
-    (21, CellKind::Line3),
-    (22, CellKind::Triangle6),
-    (23, CellKind::Quadrangle8),
-    (24, CellKind::Tetrahedron10),
-    (25, CellKind::Hexahedron20),
-    (26, CellKind::Prism15),
-    (27, CellKind::Pyramid13),
-    (28, CellKind::Quadrangle9),
-    (29, CellKind::Hexahedron27),
-    (32, CellKind::Prism18),
-];
-
 /// VTK's number of a cell type; `None` where VTK has no such cell, or not its nodes.
 pub(crate) fn vtk_type(kind: CellKind) -> Option<u8> {
     Some(match kind {
@@ -49,7 +28,7 @@ pub(crate) fn vtk_type(kind: CellKind) -> Option<u8> {
             places(kind.shape(), kind.complete_order()?, Order::Vtk)?;
             FIRST_LAGRANGE + place as u8
         }
-        _ => CLASSICAL.iter().find(|(_, known)| *known == kind)?.0,
+        _ => elements::name(|element| element.vtk, kind)?,
     })
 }
 
@@ -66,10 +45,7 @@ pub fn vtk_nodes(kind: CellKind) -> Option<(u8, Vec<[f64; 3]>)> {
 
 /// The cell of order 1 or 2 of this number of VTK's.
 pub(crate) fn classical(number: u64) -> Option<CellKind> {
-    let known = CLASSICAL
-        .iter()
-        .find(|(known, _)| u64::from(*known) == number);
-    known.map(|(_, kind)| *kind)
+    elements::kind(|element| element.vtk.into(), number)
 }
 
 /// Whether VTK 9 reads these nodes in another order from files of older versions.

@@ -2,38 +2,17 @@
 
 use super::item::Items;
 use crate::error::Result;
+use crate::io::elements::{self, ELEMENTS};
 use crate::io::raw::Nodes;
 use crate::io::vtu::array::RawNumbers;
 use crate::io::vtu::cells::order;
 use crate::mesh::{Array, CellKind};
 
-/// Names of topologies, XDMF's numbers for them, and the kinds. The first name is spelled as XDMF's own reader takes it.
-const KINDS: [(&[&str], i64, CellKind); 19] = [
-    (&["Polyvertex"], 1, CellKind::Vertex),
-    (&["Polyline", "interval"], 2, CellKind::Line),
-    (&["Triangle"], 4, CellKind::Triangle),
-    (&["Quadrilateral", "quad"], 5, CellKind::Quadrangle),
-    (&["Tetrahedron"], 6, CellKind::Tetrahedron),
-    (&["Pyramid"], 7, CellKind::Pyramid),
-    (&["Wedge"], 8, CellKind::Prism),
-    (&["Hexahedron"], 9, CellKind::Hexahedron),
-    (&["Edge_3", "interval_3"], 34, CellKind::Line3),
-    (&["Quadrilateral_9", "quad_9"], 35, CellKind::Quadrangle9),
-    (&["Triangle_6", "tri_6"], 36, CellKind::Triangle6),
-    (&["Quadrilateral_8", "quad_8"], 37, CellKind::Quadrangle8),
-    (&["Tetrahedron_10", "tet_10"], 38, CellKind::Tetrahedron10),
-    (&["Pyramid_13"], 39, CellKind::Pyramid13),
-    (&["Wedge_15"], 40, CellKind::Prism15),
-    (&["Wedge_18"], 41, CellKind::Prism18),
-    (&["Hexahedron_20", "hex_20"], 48, CellKind::Hexahedron20),
-    (&["Hexahedron_27", "hex_27"], 50, CellKind::Hexahedron27),
-    (&["polygon"], 3, CellKind::Triangle),
-];
-
 /// XDMF's name and number of a kind.
 pub fn name(kind: CellKind) -> Option<(&'static str, i64)> {
-    let (names, number, _) = KINDS.iter().find(|(.., known)| *known == kind)?;
-    Some((names[0], *number))
+    let number = elements::name(|element| element.xdmf, kind)?;
+    let names = elements::name(|element| element.xdmf_names, kind)?;
+    Some((names[0], number))
 }
 
 /// Points along each dimension of a structured grid, the slowest first; none for others.
@@ -226,10 +205,6 @@ pub fn cells(
         let numbers = item.numbers.integers();
         numbers.ok_or_else(|| items.refuse("nodes of cells are not integers"))
     };
-    let lookup = |kind: &str| {
-        let is = |name: &&str| name.eq_ignore_ascii_case(kind);
-        KINDS.iter().find(|(names, ..)| names.iter().any(is))
-    };
     if kind == "mixed" {
         let numbers = integers()?;
         let mut rest = &numbers[..];
@@ -250,8 +225,8 @@ pub fn cells(
                     ))),
                     _ => Err(items.refuse("the cells end too early")),
                 },
-                number => match KINDS.iter().find(|(_, known, _)| *known == number) {
-                    Some((.., kind)) => of(*kind),
+                number => match elements::kind(|element| element.xdmf, number) {
+                    Some(kind) => of(kind),
                     None => {
                         Err(items.refuse(format!("cells of XDMF's kind {number} are not read")))
                     }
@@ -265,8 +240,12 @@ pub fn cells(
         }
         return blocks(runs);
     }
-    let Some((.., found)) = lookup(&kind) else {
-        return Err(items.refuse(format!("a topology of the type {kind:?} is not read")));
+    let is = |name: &&str| name.eq_ignore_ascii_case(&kind);
+    let mut all = ELEMENTS.iter();
+    let found = match all.find(|element| element.xdmf_names.iter().any(is)) {
+        Some(element) => element.kind,
+        None if kind == "polygon" => CellKind::Triangle,
+        None => return Err(items.refuse(format!("a topology of the type {kind:?} is not read"))),
     };
     let per = element
         .get("NodesPerElement")
@@ -285,7 +264,7 @@ pub fn cells(
             }
             return blocks(runs);
         }
-        _ => *found,
+        _ => found,
     };
     if width != found.points() {
         return Err(items.refuse(format!(

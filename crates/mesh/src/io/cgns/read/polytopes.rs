@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::range;
 use crate::error::Result;
-use crate::io::cgns::cells;
 use crate::io::cgns::tree::Node;
+use crate::io::cgns::{NFACE, NGON};
 use crate::io::polytopes::Lists;
 use crate::mesh::CellKind;
 
@@ -15,8 +15,8 @@ pub(super) fn faces(sections: &[Node<'_>]) -> Result<Vec<(i64, Lists)>> {
     let mut has_polyhedra = false;
     for section in sections {
         match section.integers()?.first() {
-            Some(&cells::NFACE) => has_polyhedra = true,
-            Some(&cells::NGON) => {
+            Some(&NFACE) => has_polyhedra = true,
+            Some(&NGON) => {
                 faces.push((
                     range(section)?.first().copied().unwrap_or(1),
                     lists(section)?,
