@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use super::loss::Losses;
 use super::out::Out;
-use super::raw::{Nodes, points_of_rows};
+use super::raw::{Nodes, RawNumbers, points_of_rows};
 use super::rows;
+use super::scalar::Scalar;
 use super::scan::{Numbers, Scan};
-use super::vtu::array::RawNumbers;
-use super::vtu::scalar::Scalar;
 use crate::error::Result;
 use crate::mesh::{Array, CellBlock, CellGroups, CellKind, Field, Group, Mesh, Support, Values};
 
@@ -178,7 +177,7 @@ fn cells_of<L: Scalar>(
     let row = (width + 1) * L::WIDTH;
     let bytes = scan.rest().get(..count * row)?;
     let numbers = RawNumbers {
-        type_name: L::NAME,
+        number: L::TYPE,
         bytes: bytes.into(),
         big_endian: scan.numbers == Numbers::Big,
     };

@@ -29,6 +29,7 @@ mod raw;
 mod recognise;
 mod results;
 mod rows;
+mod scalar;
 mod scan;
 mod series;
 mod sets;

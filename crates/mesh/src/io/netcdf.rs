@@ -10,10 +10,11 @@ use std::ops::Range;
 use std::path::Path;
 
 use header::Header;
-pub use write::{Attribute, Type, Writer};
+pub use write::{Attribute, Writer};
 
 use super::hdf5;
-use super::vtu::array::RawNumbers;
+use super::raw::RawNumbers;
+use super::scalar::Number;
 use super::vtu::unpack::Unpacked;
 use crate::error::{Error, Place, Result};
 use crate::mesh::Values;
@@ -44,7 +45,7 @@ struct Classic<'a> {
 struct Variable {
     shape: Vec<usize>,
     attributes: HashMap<String, Values>,
-    kind: u32,
+    number: Number,
     begin: usize,
     is_record: bool,
 }
@@ -212,7 +213,7 @@ impl<'a> Classic<'a> {
     fn rows(&self, variable: &Variable, rows: Range<usize>) -> Result<RawNumbers<'a>> {
         crate::cancel::check()?;
         let count: usize = variable.shape.iter().skip(1).product();
-        let size = count * size_of(variable.kind);
+        let size = count * variable.number.size();
         let part = |at: usize, length: usize| self.bytes.get(at..at + length).unwrap_or_default();
         let bytes = match variable.is_record {
             false => part(variable.begin + rows.start * size, rows.len() * size).into(),
@@ -221,7 +222,7 @@ impl<'a> Classic<'a> {
                 records.collect::<Vec<_>>().concat().into()
             }
         };
-        Ok(numbers(variable.kind, bytes))
+        Ok(numbers(variable.number, bytes))
     }
 }
 
@@ -240,33 +241,26 @@ fn refuse(path: &Path, place: Place, what: impl Into<String>) -> Error {
     )
 }
 
-/// Bytes of a value of a type of netCDF; 0 for one that is unknown.
-fn size_of(kind: u32) -> usize {
-    match kind {
-        1 | 2 | 7 => 1,
-        3 | 8 => 2,
-        4 | 5 | 9 => 4,
-        6 | 10 | 11 => 8,
-        _ => 0,
-    }
+/// The type of numbers that netCDF has this number for; characters are bytes.
+fn number_of(kind: u32) -> Option<Number> {
+    Some(match kind {
+        1 => Number::I8,
+        2 | 7 => Number::U8,
+        3 => Number::I16,
+        4 => Number::I32,
+        5 => Number::F32,
+        6 => Number::F64,
+        8 => Number::U16,
+        9 => Number::U32,
+        10 => Number::I64,
+        11 => Number::U64,
+        _ => return None,
+    })
 }
 
-/// Numbers of a type that is known; characters are bytes.
-fn numbers(kind: u32, bytes: Unpacked<'_>) -> RawNumbers<'_> {
-    let type_name = match kind {
-        1 => "Int8",
-        3 => "Int16",
-        4 => "Int32",
-        5 => "Float32",
-        6 => "Float64",
-        8 => "UInt16",
-        9 => "UInt32",
-        10 => "Int64",
-        11 => "UInt64",
-        _ => "UInt8",
-    };
+fn numbers(number: Number, bytes: Unpacked<'_>) -> RawNumbers<'_> {
     RawNumbers {
-        type_name,
+        number,
         bytes,
         big_endian: true,
     }

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::parallel;
 
-use super::vtu::array::RawNumbers;
-use super::vtu::scalar::{Scalar, with_type};
+use super::scalar::{Number, Scalar, with_type};
+use super::vtu::unpack::Unpacked;
 use super::{bytes, rows};
 use crate::field::to_i64;
 use crate::mesh::{Array, CellBlock, Mesh, Values, highest};
@@ -30,7 +30,51 @@ pub struct Nodes<'o> {
     pub by_place: bool,
 }
 
+/// Numbers of one type as bytes; those of a text are converted.
+pub(crate) struct RawNumbers<'b> {
+    pub number: Number,
+    pub bytes: Unpacked<'b>,
+    pub big_endian: bool,
+}
+
 impl RawNumbers<'_> {
+    pub fn of<T: Scalar>(numbers: Vec<T>) -> Self {
+        let mut bytes = vec![0; numbers.len() * T::WIDTH];
+        T::put_le(&numbers, &mut bytes);
+        RawNumbers {
+            number: T::TYPE,
+            bytes: bytes.into(),
+            big_endian: false,
+        }
+    }
+
+    pub fn values(&self) -> Values {
+        with_type!(self.number, T => T::values(T::from_bytes(&self.bytes, self.big_endian)))
+    }
+
+    /// Whether a number is among them.
+    pub fn has(&self, number: u64) -> bool {
+        with_type!(self.number, T => {
+            T::each(&self.bytes, self.big_endian).any(|each| each.index() == Some(number))
+        })
+    }
+
+    /// All but the first.
+    pub fn without_first(self) -> Self {
+        let width = self.number.size();
+        let bytes = match self.bytes {
+            Unpacked::Borrowed(bytes) => Unpacked::Borrowed(bytes.get(width..).unwrap_or_default()),
+            Unpacked::Owned(bytes) => bytes.get(width..).unwrap_or_default().to_vec().into(),
+            Unpacked::Part(file, range) => Unpacked::Part(file, range.start + width..range.end),
+        };
+        RawNumbers { bytes, ..self }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.bytes.len() / self.number.size()
+    }
+
     /// The integers; `None` for others.
     pub fn integers(&self) -> Option<Vec<i64>> {
         match self.values() {
@@ -41,14 +85,14 @@ impl RawNumbers<'_> {
 
     /// Runs of equal rows of a given number of integers, and the numbers of each run; `None` for others.
     pub fn runs(&self, width: usize) -> Option<(Vec<Range<u32>>, Vec<i64>)> {
-        let size = width * with_type!(self.type_name, T => T::WIDTH, 1);
+        let size = width * self.number.size();
         let runs = rows::runs(&self.bytes, size);
         let row = |run: &Range<u32>| {
             let start = run.start as usize * size;
             self.bytes.get(start..start + size).unwrap_or_default()
         };
         let numbers = RawNumbers {
-            type_name: self.type_name,
+            number: self.number,
             bytes: runs
                 .iter()
                 .flat_map(row)
@@ -70,13 +114,13 @@ impl RawNumbers<'_> {
         if as_they_are && let Some(nodes) = self.lent_nodes(of.points.end) {
             return Ok(nodes);
         }
-        with_type!(self.type_name, T => self.nodes_of::<T>(of), Err("there are no numbers".into()))
+        with_type!(self.number, T => self.nodes_of::<T>(of))
     }
 
     /// Nodes that the file lends, each less than `limit`.
     pub fn lent_nodes(&self, limit: u32) -> Option<Array<u32>> {
         // Less than 2^31, a number is the same with a sign and without.
-        let fits = matches!(self.type_name, "Int32" | "UInt32") && limit <= 1 << 31;
+        let fits = matches!(self.number, Number::I32 | Number::U32) && limit <= 1 << 31;
         let nodes = (fits && !self.big_endian).then(|| bytes::lent(&self.bytes))??;
         (highest(&nodes) < limit).then(|| nodes.below(limit))
     }
@@ -152,17 +196,17 @@ impl RawNumbers<'_> {
 
     /// Points of rows of one to three coordinates.
     pub fn points(&self, width: usize) -> Array<[f64; 3]> {
-        let as_they_are = self.type_name == f64::NAME && !self.big_endian && width == 3;
+        let as_they_are = self.number == Number::F64 && !self.big_endian && width == 3;
         if as_they_are && let Some(points) = bytes::lent::<[f64; 3]>(&self.bytes) {
             let finite = points.is_finite();
             return points.seen(finite);
         }
         let (bytes, big_endian) = (&*self.bytes, self.big_endian);
-        with_type!(self.type_name, T => match width {
+        with_type!(self.number, T => match width {
             1 => points_of_rows::<T, 1>(bytes, T::WIDTH, big_endian),
             2 => points_of_rows::<T, 2>(bytes, 2 * T::WIDTH, big_endian),
             _ => points_of_rows::<T, 3>(bytes, 3 * T::WIDTH, big_endian),
-        }, Array::default())
+        })
     }
 }
 
@@ -185,7 +229,7 @@ pub fn points(columns: &[(&RawNumbers<'_>, usize)], count: usize) -> Array<[f64;
     let Some((first, _)) = columns.first() else {
         return made(count, |_| [0.0; 3]);
     };
-    let form = |numbers: &RawNumbers<'_>| (numbers.type_name, numbers.big_endian);
+    let form = |numbers: &RawNumbers<'_>| (numbers.number, numbers.big_endian);
     let mut others = columns.iter().map(|(numbers, _)| numbers);
     if !others.all(|numbers| numbers.bytes.is_empty() || form(numbers) == form(first)) {
         let each = columns.iter().map(|(numbers, _)| numbers.values().to_f64());
@@ -193,7 +237,7 @@ pub fn points(columns: &[(&RawNumbers<'_>, usize)], count: usize) -> Array<[f64;
         let starts = columns.iter().map(|(_, start)| *start);
         return points(&each.iter().zip(starts).collect::<Vec<_>>(), count);
     }
-    with_type!(first.type_name, T => {
+    with_type!(first.number, T => {
         let bytes = |axis: usize| {
             let (numbers, start) = columns.get(axis)?;
             numbers.bytes.get(start * T::WIDTH..(start + count) * T::WIDTH)
@@ -203,7 +247,7 @@ pub fn points(columns: &[(&RawNumbers<'_>, usize)], count: usize) -> Array<[f64;
             let word = bytes.get(k * T::WIDTH..(k + 1) * T::WIDTH).unwrap_or_default();
             T::each(word, first.big_endian).next().map_or(0.0, T::float)
         }))
-    }, Array::default())
+    })
 }
 
 /// Points at the beginning of rows of a given number of bytes.
@@ -413,7 +457,6 @@ mod tests {
     /// A file lends numbers that lie in it as they are used, if they are much of it; they are looked at all the same.
     #[test]
     fn a_file_lends_what_is_as_it_is_used() {
-        use crate::io::vtu::unpack::Unpacked;
         const COUNT: usize = 120_000;
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("numbers");
@@ -423,13 +466,16 @@ mod tests {
             all.extend(nodes.iter().flat_map(|n| n.to_le_bytes()));
             std::fs::write(&path, all).expect("written");
             let file = bytes::read(&path).expect("read");
-            let part = |type_name, part| RawNumbers {
-                type_name,
+            let part = |number, part| RawNumbers {
+                number,
                 bytes: Unpacked::Part(file.clone(), part),
                 big_endian: false,
             };
             let end = shift + 24 * COUNT;
-            let numbers = (part("Float64", shift..end), part("Int32", end..file.len()));
+            let numbers = (
+                part(Number::F64, shift..end),
+                part(Number::I32, end..file.len()),
+            );
             (file, numbers)
         };
         let of = |count: u32| Nodes {

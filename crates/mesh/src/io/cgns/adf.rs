@@ -6,7 +6,8 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
-use crate::io::vtu::array::RawNumbers;
+use crate::io::raw::RawNumbers;
+use crate::io::scalar::Number;
 
 /// Whether these are the bytes of such a file.
 pub fn is_adf(bytes: &[u8]) -> bool {
@@ -179,14 +180,14 @@ impl<'a> File<'a> {
     /// The numbers of a node; characters are bytes. None if it has none.
     pub fn raw(&self, node: &Node) -> Result<Option<RawNumbers<'a>>> {
         self.read.borrow_mut().insert(node.data);
-        let (type_name, size) = match node.kind.as_str() {
-            "C1" | "B1" | "LK" => ("UInt8", 1),
-            "I4" => ("Int32", 4),
-            "U4" => ("UInt32", 4),
-            "R4" => ("Float32", 4),
-            "I8" => ("Int64", 8),
-            "U8" => ("UInt64", 8),
-            "R8" => ("Float64", 8),
+        let number = match node.kind.as_str() {
+            "C1" | "B1" | "LK" => Number::U8,
+            "I4" => Number::I32,
+            "U4" => Number::U32,
+            "R4" => Number::F32,
+            "I8" => Number::I64,
+            "U8" => Number::U64,
+            "R8" => Number::F64,
             _ => return Ok(None),
         };
         if node.chunks == 0 {
@@ -195,7 +196,7 @@ impl<'a> File<'a> {
         let bytes = node
             .shape
             .iter()
-            .try_fold(size, |all: usize, &n| all.checked_mul(n));
+            .try_fold(number.size(), |all: usize, &n| all.checked_mul(n));
         let bytes = bytes.filter(|&bytes| bytes <= self.left.get());
         let bytes = bytes.ok_or_else(|| {
             self.refuse(
@@ -230,7 +231,7 @@ impl<'a> File<'a> {
             }
         };
         Ok(Some(RawNumbers {
-            type_name,
+            number,
             bytes,
             big_endian: self.big_endian,
         }))

@@ -16,10 +16,10 @@ use super::{MIXED, NFACE, NGON, adf, kind_of};
 use crate::error::Result;
 use crate::field::Unread;
 use crate::io::polytopes::Lists;
+use crate::io::raw::RawNumbers;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::{self, Runs, Sets};
 use crate::io::sides::usual_order;
-use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, vectors};
 use crate::mesh::{CellBlock, CellKind, Support};
 

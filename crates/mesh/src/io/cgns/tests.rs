@@ -2,12 +2,13 @@ use std::path::Path;
 
 use super::write::{describe, node, text};
 use crate::error::Result;
-use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::hdf5::write::{Data, Group};
 use crate::io::polytopes::FACES;
+use crate::io::scalar::Number;
 use crate::io::{self, Content};
 use crate::mesh::CellKind;
 
-const INT: Type = Type::Signed(4);
+const INT: Number = Number::I32;
 
 fn array(parent: &mut Group<'_>, name: &str, label: &str, numbers: Vec<i64>) {
     let count = numbers.len();
@@ -19,7 +20,7 @@ fn array(parent: &mut Group<'_>, name: &str, label: &str, numbers: Vec<i64>) {
 fn read(path: &Path, of_cells: [i64; 12], has_starts: bool) -> Result<Content> {
     let mut file = Group::default();
     describe(&mut file, "HDF5 MotherNode", "Root Node of HDF5 File", "MT");
-    let version = Data::made(Type::Float(4), vec![1], |_, bytes| {
+    let version = Data::made(Number::F32, vec![1], |_, bytes| {
         bytes.copy_from_slice(&4.0_f32.to_le_bytes())
     });
     node(

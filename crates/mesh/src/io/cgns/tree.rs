@@ -7,7 +7,7 @@ use crate::cancel;
 use crate::error::{Error, Result};
 use crate::field::Unread;
 use crate::io::hdf5;
-use crate::io::vtu::array::RawNumbers;
+use crate::io::raw::RawNumbers;
 use crate::mesh::Values;
 
 /// A node with a name, a label that defines its kind, and perhaps data.

@@ -2,15 +2,16 @@
 
 use super::{FORMAT, number_of};
 use crate::error::Result;
-use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::hdf5::write::{Data, Group};
 use crate::io::loss::Losses;
 use crate::io::raw::CellNodes;
+use crate::io::scalar::Number;
 use crate::io::sides::usual_order;
 use crate::io::steps::{Steps, row_of};
 use crate::io::{Job, sets, vectors};
 use crate::mesh::{CellBlock, CellGroups, Mesh, Support};
 
-const INT: Type = Type::Signed(4);
+const INT: Number = Number::I32;
 /// Bytes of a name.
 const NAME: usize = 32;
 
@@ -55,7 +56,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     describe(&mut file, "HDF5 MotherNode", "Root Node of HDF5 File", "MT");
     file.add(" format", characters("IEEE_LITTLE_32", 15));
     file.add(" hdf5version", characters("HDF5 Version 1.8.0", 33));
-    let version = Data::made(Type::Float(4), vec![1], |_, bytes| {
+    let version = Data::made(Number::F32, vec![1], |_, bytes| {
         bytes.copy_from_slice(&3.4_f32.to_le_bytes())
     });
     node(
@@ -245,7 +246,7 @@ fn write_fields<'a>(
                 let names: String = (1..=count)
                     .map(|k| format!("{:<32}", format!("{word}Solution{k}")))
                     .collect();
-                let pointers = Data::made(Type::Signed(1), vec![count, 32], move |first, bytes| {
+                let pointers = Data::made(Number::I8, vec![count, 32], move |first, bytes| {
                     bytes.copy_from_slice(&names.as_bytes()[first..first + bytes.len()]);
                 });
                 let data = node(zone, "ZoneIterativeData", "ZoneIterativeData_t", "MT");
@@ -286,7 +287,7 @@ pub(super) fn text(parent: &mut Group<'_>, name: &str, label: &str, value: &str)
 fn characters(text: &str, size: usize) -> Data<'static> {
     let mut bytes = text.as_bytes().to_vec();
     bytes.resize(size, 0);
-    Data::made(Type::Signed(1), vec![size], move |first, out| {
+    Data::made(Number::I8, vec![size], move |first, out| {
         out.copy_from_slice(&bytes[first..first + out.len()])
     })
 }

@@ -12,9 +12,9 @@ use crate::error::Result;
 use crate::field::Unread;
 use crate::io::netcdf::File;
 use crate::io::polytopes::Lists;
+use crate::io::raw::RawNumbers;
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
-use crate::io::vtu::array::RawNumbers;
 use crate::io::{Content, vectors};
 use crate::mesh::{Array, CellBlock, CellKind, Shape};
 

@@ -8,8 +8,9 @@ use super::{FORMAT, cells};
 use crate::error::Result;
 use crate::field::{GlobalArray, GlobalValues};
 use crate::io::loss::Losses;
-use crate::io::netcdf::{Attribute, Type, Writer};
+use crate::io::netcdf::{Attribute, Writer};
 use crate::io::raw::CellNodes;
+use crate::io::scalar::Number;
 use crate::io::steps::{Steps, row_of};
 use crate::io::{Job, vectors};
 use crate::mesh::{CellKind, Group, Mesh, Support};
@@ -181,7 +182,7 @@ fn write_blocks<'a>(
         let order = cells::order(block.kind);
         let cells = CellNodes::of_cells(mesh, &block.cells, order, false);
         let (name, shape) = (format!("connect{}", k + 1), [&*count, &*nodes]);
-        out.variable(&name, &shape, Type::Int, move |_, first, bytes| {
+        out.variable(&name, &shape, Number::I32, move |_, first, bytes| {
             cells.put(first, bytes, |node| (node + 1).to_be_bytes());
         });
         let element = element(block.kind, dimension).unwrap_or_default();

@@ -59,7 +59,8 @@ use hdf5_reader::{
 use crate::cancel;
 use crate::error::{Error, Result};
 use crate::io::bytes::{self, Bytes};
-use crate::io::vtu::array::RawNumbers;
+use crate::io::raw::RawNumbers;
+use crate::io::scalar::Number;
 use crate::io::vtu::unpack::Unpacked;
 use crate::mesh::Values;
 
@@ -357,7 +358,7 @@ impl Data {
     /// The numbers, all or those of some of the first indices, where they lie in the file if they are in one piece.
     pub fn raw(&self, rows: Option<Range<usize>>) -> Result<RawNumbers<'static>> {
         let shape = self.shape();
-        let (type_name, big_endian) = self.number()?;
+        let (number, big_endian) = self.number()?;
         let product = |shape: &[usize]| shape.iter().fold(1_usize, |all, &n| all.saturating_mul(n));
         let all = product(&shape);
         let (first, count) = match &rows {
@@ -382,7 +383,7 @@ impl Data {
             let start = place + first * size;
             let part = start..start + count * size;
             return Ok(RawNumbers {
-                type_name,
+                number,
                 bytes: Unpacked::Part(self.file.bytes.clone(), part),
                 big_endian,
             });
@@ -396,7 +397,7 @@ impl Data {
         }
         let bytes = self.data.read_raw_bytes();
         Ok(RawNumbers {
-            type_name,
+            number,
             bytes: bytes.map_err(|e| self.refuse(e.to_string()))?.into(),
             big_endian,
         })
@@ -425,43 +426,33 @@ impl Data {
     }
 
     /// The type of the numbers, and whether their first byte is the highest; characters are bytes.
-    fn number(&self) -> Result<(&'static str, bool)> {
+    fn number(&self) -> Result<(Number, bool)> {
         let kind = match self.data.dtype() {
             Datatype::Enum { base, .. } => base,
             other => other,
         };
-        let order = |order: &ByteOrder| *order == ByteOrder::BigEndian;
-        Ok(match kind {
-            Datatype::FloatingPoint {
-                size: 4,
-                byte_order,
-            } => ("Float32", order(byte_order)),
-            Datatype::FloatingPoint {
-                size: 8,
-                byte_order,
-            } => ("Float64", order(byte_order)),
+        let (number, byte_order) = match kind {
+            Datatype::FloatingPoint { size, byte_order } => {
+                (Number::float(usize::from(*size)), byte_order)
+            }
             Datatype::FixedPoint {
                 size,
                 signed,
                 byte_order,
             } => {
-                let name = match (size, signed) {
-                    (1, true) => "Int8",
-                    (1, false) => "UInt8",
-                    (2, true) => "Int16",
-                    (2, false) => "UInt16",
-                    (4, true) => "Int32",
-                    (4, false) => "UInt32",
-                    (8, true) => "Int64",
-                    (8, false) => "UInt64",
-                    _ => return Err(self.refuse(format!("integers of {size} bytes are not read"))),
-                };
-                (name, order(byte_order))
+                let number = Number::integer(usize::from(*size), *signed);
+                let refuse = || self.refuse(format!("integers of {size} bytes are not read"));
+                (Some(number.ok_or_else(refuse)?), byte_order)
             }
             // netCDF's and CGNS's characters, MED's names.
-            Datatype::String { .. } | Datatype::Array { .. } => ("UInt8", false),
-            other => return Err(self.refuse(format!("it holds no numbers, but {other:?}"))),
-        })
+            Datatype::String { .. } | Datatype::Array { .. } => {
+                (Some(Number::U8), &ByteOrder::LittleEndian)
+            }
+            _ => (None, &ByteOrder::LittleEndian),
+        };
+        let number =
+            number.ok_or_else(|| self.refuse(format!("it holds no numbers, but {kind:?}")))?;
+        Ok((number, *byte_order == ByteOrder::BigEndian))
     }
 
     /// A selection: the first index, the step and the count along each dimension.
@@ -482,9 +473,9 @@ impl Data {
         if whole {
             return self.raw(None);
         }
-        let (type_name, big_endian) = self.number()?;
+        let (number, big_endian) = self.number()?;
         Ok(RawNumbers {
-            type_name,
+            number,
             bytes: self.bytes_of(of)?.into(),
             big_endian,
         })

@@ -1,7 +1,8 @@
 //! The formats on HDF5: what is written comes back, and nothing that is damaged does harm.
 
-use super::write::{Data, Group, Type};
+use super::write::{Data, Group};
 use crate::io::exodus::tests::cubes;
+use crate::io::scalar::Number;
 use crate::io::{self, Format, Options, Series};
 use crate::mesh::{Mesh, Values};
 
@@ -138,7 +139,7 @@ fn numbers_texts_and_selections_come_back() {
     file.group("a")
         .add("words", Data::texts(vec!["one".into(), "three".into()], 8));
     file.group("a")
-        .with("count", Data::integer(Type::Unsigned(2), 65535));
+        .with("count", Data::integer(Number::U16, 65535));
     file.save(&path).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let root = super::open(&path, &bytes).unwrap();

@@ -7,14 +7,13 @@ use crate::error::Result;
 use crate::field::data::with_numbers;
 use crate::io::out::Out;
 use crate::io::raw::CellNodes;
+use crate::io::scalar::{Number, Scalar};
 use crate::mesh::Values;
 
 /// A type of numbers or texts, little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Type {
-    Signed(u8),
-    Unsigned(u8),
-    Float(u8),
+    Number(Number),
     /// A text of this many bytes, with zeros at the end.
     Text(u32),
     /// An array of this many small integers.
@@ -25,7 +24,7 @@ impl Type {
     /// Bytes of one value.
     pub fn size(self) -> usize {
         match self {
-            Type::Signed(size) | Type::Unsigned(size) | Type::Float(size) => size.into(),
+            Type::Number(number) => number.size(),
             Type::Text(size) | Type::Bytes(size) => size as usize,
         }
     }
@@ -34,11 +33,7 @@ impl Type {
     fn message(self) -> Vec<u8> {
         let size = (self.size() as u32).to_le_bytes();
         let bits = 8 * self.size() as u16;
-        let integer =
-            |sign: u8| [&[0x10, sign, 0, 0], &size[..], &[0, 0], &bits.to_le_bytes()].concat();
         match self {
-            Type::Signed(_) => integer(8),
-            Type::Unsigned(_) => integer(0),
             Type::Text(_) => [&[0x13, 0, 0, 0], &size[..]].concat(),
             Type::Bytes(count) => {
                 let count = count.to_le_bytes();
@@ -48,13 +43,13 @@ impl Type {
                     &[1, 0, 0, 0],
                     &count,
                     &[0; 4],
-                    &Type::Signed(1).message(),
+                    &Type::Number(Number::I8).message(),
                 ]
                 .concat()
             }
             // IEEE 754: the sign, the place and size of exponent and mantissa, the bias.
-            Type::Float(bytes) => {
-                let (exponent, mantissa, bias) = if bytes == 4 {
+            Type::Number(number) if number.is_float() => {
+                let (exponent, mantissa, bias) = if number == Number::F32 {
                     (8, 23, 127)
                 } else {
                     (11, 52, 1023_u32)
@@ -71,22 +66,17 @@ impl Type {
                 ]
                 .concat()
             }
+            Type::Number(number) => {
+                let sign = if number.is_unsigned() { 0 } else { 8 };
+                [&[0x10, sign, 0, 0], &size[..], &[0, 0], &bits.to_le_bytes()].concat()
+            }
         }
     }
+}
 
-    pub fn of(values: &Values) -> Type {
-        match values {
-            Values::I8(_) => Type::Signed(1),
-            Values::I16(_) => Type::Signed(2),
-            Values::I32(_) => Type::Signed(4),
-            Values::I64(_) => Type::Signed(8),
-            Values::U8(_) => Type::Unsigned(1),
-            Values::U16(_) => Type::Unsigned(2),
-            Values::U32(_) => Type::Unsigned(4),
-            Values::U64(_) => Type::Unsigned(8),
-            Values::F32(_) => Type::Float(4),
-            Values::F64(_) => Type::Float(8),
-        }
+impl From<Number> for Type {
+    fn from(number: Number) -> Self {
+        Type::Number(number)
     }
 }
 
@@ -113,12 +103,12 @@ pub struct Data<'a> {
 impl<'a> Data<'a> {
     /// Values that are made while they are written: `fill` gets the number of a first value, and zeros to fill.
     pub fn made(
-        kind: Type,
+        kind: impl Into<Type>,
         shape: Vec<usize>,
         fill: impl Fn(usize, &mut [u8]) + Sync + 'a,
     ) -> Self {
         Data {
-            kind,
+            kind: kind.into(),
             shape,
             fill: Box::new(fill),
             attributes: Vec::new(),
@@ -131,19 +121,14 @@ impl<'a> Data<'a> {
             0 => vec![values.len()],
             width => vec![values.len() / width, width],
         };
-        let size = Type::of(values).size();
-        Data::made(Type::of(values), shape, move |first, bytes| {
-            with_numbers!(values, numbers => {
-                for (bytes, number) in bytes.chunks_exact_mut(size).zip(numbers.iter().skip(first)) {
-                    bytes.copy_from_slice(&number.to_le_bytes());
-                }
-            });
+        Data::made(Number::of(values), shape, move |first, bytes| {
+            with_numbers!(values, numbers => Scalar::put_le(&numbers[first..], bytes));
         })
     }
 
     /// Integers of 32 or 64 bits.
     pub fn integers(
-        kind: Type,
+        kind: Number,
         shape: Vec<usize>,
         number: impl Fn(usize) -> i64 + Sync + 'a,
     ) -> Self {
@@ -156,7 +141,12 @@ impl<'a> Data<'a> {
     }
 
     /// Integers of 32 or 64 bits in rows, of which many after one another are the same: the end of each run, and its row.
-    pub fn runs(kind: Type, shape: Vec<usize>, runs: Vec<(u32, u32)>, rows: Vec<Vec<i64>>) -> Self {
+    pub fn runs(
+        kind: Number,
+        shape: Vec<usize>,
+        runs: Vec<(u32, u32)>,
+        rows: Vec<Vec<i64>>,
+    ) -> Self {
         let (size, width) = (kind.size(), rows.first().map_or(1, Vec::len).max(1));
         Data::made(kind, shape, move |first, mut bytes| {
             let mut at = first;
@@ -181,7 +171,7 @@ impl<'a> Data<'a> {
 
     /// Numbers of 64 bits.
     pub fn floats(shape: Vec<usize>, number: impl Fn(usize) -> f64 + Sync + 'a) -> Self {
-        Data::made(Type::Float(8), shape, move |first, bytes| {
+        Data::made(Number::F64, shape, move |first, bytes| {
             for (bytes, k) in bytes.chunks_exact_mut(8).zip(first..) {
                 bytes.copy_from_slice(&number(k).to_le_bytes());
             }
@@ -196,7 +186,7 @@ impl<'a> Data<'a> {
         number: impl Fn(usize, usize) -> f64 + Sync + 'a,
     ) -> Self {
         let inner = if by_column { rows } else { width };
-        Data::made(Type::Float(8), shape, move |first, bytes| {
+        Data::made(Number::F64, shape, move |first, bytes| {
             let (mut outer, mut k) = (first / inner.max(1), first % inner.max(1));
             for bytes in bytes.as_chunks_mut().0 {
                 let (row, column) = if by_column { (k, outer) } else { (outer, k) };
@@ -211,7 +201,7 @@ impl<'a> Data<'a> {
 
     /// The nodes of cells, numbered from `base` on, in 32 bits.
     pub fn nodes(shape: Vec<usize>, nodes: CellNodes<'a>, base: u32) -> Self {
-        Data::made(Type::Signed(4), shape, move |first, bytes| {
+        Data::made(Number::I32, shape, move |first, bytes| {
             nodes.put(first, bytes, |node| (node + base).to_le_bytes());
         })
     }
@@ -255,7 +245,7 @@ impl<'a> Data<'a> {
     }
 
     /// One integer.
-    pub fn integer(kind: Type, number: i64) -> Self {
+    pub fn integer(kind: Number, number: i64) -> Self {
         Data::integers(kind, Vec::new(), move |_| number)
     }
 

@@ -5,13 +5,14 @@ use std::ops::Range;
 
 use super::{FORMAT, cells};
 use crate::error::Result;
-use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::hdf5::write::{Data, Group};
 use crate::io::loss::Losses;
 use crate::io::raw::CellNodes;
+use crate::io::scalar::Number;
 use crate::io::{Job, elements, sets};
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Mesh, Support};
 
-const INT: Type = Type::Signed(4);
+const INT: Number = Number::I32;
 const MESH: &str = "mesh";
 /// The step of what does not change with time.
 const NO_STEP: i64 = -1;

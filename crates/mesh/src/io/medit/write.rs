@@ -7,7 +7,7 @@ use crate::io::Job;
 use crate::io::labels::Labels;
 use crate::io::loss::Losses;
 use crate::io::out::Out;
-use crate::io::vtu::scalar::Scalar;
+use crate::io::scalar::Scalar;
 use crate::mesh::{CellKind, Mesh};
 
 /// Writes a mesh, with two coordinates if it lies in the plane z = 0; in binary if asked to, or by the suffix `.meshb`. Fields

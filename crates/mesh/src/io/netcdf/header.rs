@@ -4,10 +4,11 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::{
-    ATTRIBUTES, Classic, DIMENSIONS, VARIABLES, Variable, numbers, padding, refuse, size_of,
+    ATTRIBUTES, Classic, DIMENSIONS, VARIABLES, Variable, number_of, numbers, padding, refuse,
     text_of,
 };
 use crate::error::{Error, Place, Result};
+use crate::io::scalar::Number;
 use crate::mesh::Values;
 
 /// The header of a classic file.
@@ -85,21 +86,18 @@ impl<'a> Header<'a> {
         Ok(count)
     }
 
-    fn kind(&mut self) -> Result<u32> {
+    fn number(&mut self) -> Result<Number> {
         let kind = self.u32()?;
-        match size_of(kind) {
-            0 => Err(self.error(format!("netCDF has no type {kind}"))),
-            _ => Ok(kind),
-        }
+        number_of(kind).ok_or_else(|| self.error(format!("netCDF has no type {kind}")))
     }
 
     fn attributes(&mut self) -> Result<HashMap<String, Values>> {
         let mut attributes = HashMap::new();
         for _ in 0..self.list(ATTRIBUTES, 12)? {
             let name = self.name()?;
-            let kind = self.kind()?;
-            let bytes = self.count()?.saturating_mul(size_of(kind));
-            attributes.insert(name, numbers(kind, self.padded(bytes)?.into()).values());
+            let number = self.number()?;
+            let bytes = self.count()?.saturating_mul(number.size());
+            attributes.insert(name, numbers(number, self.padded(bytes)?.into()).values());
         }
         Ok(attributes)
     }
@@ -121,7 +119,7 @@ impl<'a> Header<'a> {
                 .shape
                 .iter()
                 .skip(1)
-                .try_fold(size_of(v.kind), |all, &n| all.checked_mul(n));
+                .try_fold(v.number.size(), |all, &n| all.checked_mul(n));
             inner.filter(|&size| size <= self.bytes.len())
         });
         let too_large = || self.error("a record is larger than the file");
@@ -190,7 +188,7 @@ impl<'a> Header<'a> {
             shape.push(*length);
         }
         let attributes = self.attributes()?;
-        let kind = self.kind()?;
+        let number = self.number()?;
         // The size in bytes, which follows from the shape and overflows for large variables.
         self.count()?;
         let begin = if self.version() == 1 {
@@ -203,7 +201,7 @@ impl<'a> Header<'a> {
         let variable = Variable {
             shape,
             attributes,
-            kind,
+            number,
             begin,
             is_record,
         };
@@ -214,7 +212,7 @@ impl<'a> Header<'a> {
     fn check(&self, name: &str, variable: &Variable, record: usize) -> Result<usize> {
         let skipped = usize::from(variable.is_record);
         let mut inner = variable.shape.iter().skip(skipped);
-        let size = inner.try_fold(size_of(variable.kind), |all, &n| all.checked_mul(n));
+        let size = inner.try_fold(variable.number.size(), |all, &n| all.checked_mul(n));
         let last = match variable.is_record {
             true => variable.shape[0]
                 .checked_sub(1)

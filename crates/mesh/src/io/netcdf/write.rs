@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use super::{ATTRIBUTES, DIMENSIONS, VARIABLES, padding, size_of};
+use super::{ATTRIBUTES, DIMENSIONS, VARIABLES, number_of, padding};
 use crate::error::{Error, Result};
 use crate::io::out::Out;
+use crate::io::scalar::Number;
 
 /// A file that is to be written.
 #[derive(Default)]
@@ -28,17 +29,9 @@ type Fill<'a> = Box<dyn Fn(usize, usize, &mut [u8]) + Sync + 'a>;
 struct New<'a> {
     name: String,
     dimensions: Vec<usize>,
-    kind: u32,
+    number: Number,
     attributes: Vec<(String, Attribute)>,
     fill: Fill<'a>,
-}
-
-/// The type of a variable that is written.
-#[derive(Clone, Copy)]
-pub enum Type {
-    Char = 2,
-    Int = 4,
-    Double = 6,
 }
 
 impl<'a> Writer<'a> {
@@ -61,14 +54,14 @@ impl<'a> Writer<'a> {
         &mut self,
         name: &str,
         dimensions: &[&str],
-        kind: Type,
+        number: Number,
         fill: impl Fn(usize, usize, &mut [u8]) + Sync + 'a,
     ) {
         let place = |name: &&str| self.dimensions.iter().position(|(known, _)| known == name);
         self.variables.push(New {
             name: name.to_owned(),
             dimensions: dimensions.iter().filter_map(place).collect(),
-            kind: kind as u32,
+            number,
             attributes: Vec::new(),
             fill: Box::new(fill),
         });
@@ -81,7 +74,7 @@ impl<'a> Writer<'a> {
         dimensions: &[&str],
         number: impl Fn(usize) -> i64 + Sync + 'a,
     ) {
-        self.variable(name, dimensions, Type::Int, move |_, first, bytes| {
+        self.variable(name, dimensions, Number::I32, move |_, first, bytes| {
             for (bytes, k) in bytes.chunks_exact_mut(4).zip(first..) {
                 bytes.copy_from_slice(&(number(k) as i32).to_be_bytes());
             }
@@ -98,7 +91,7 @@ impl<'a> Writer<'a> {
         self.variable(
             name,
             dimensions,
-            Type::Double,
+            Number::F64,
             move |record, first, bytes| {
                 for (bytes, k) in bytes.chunks_exact_mut(8).zip(first..) {
                     bytes.copy_from_slice(&number(record, k).to_be_bytes());
@@ -109,7 +102,7 @@ impl<'a> Writer<'a> {
 
     /// Texts of `width` bytes, the length of the last dimension; longer ones are cut.
     pub fn texts(&mut self, name: &str, dimensions: &[&str], texts: Vec<String>, width: usize) {
-        self.variable(name, dimensions, Type::Char, move |_, first, bytes| {
+        self.variable(name, dimensions, Number::U8, move |_, first, bytes| {
             for (byte, k) in bytes.iter_mut().zip(first..) {
                 let text = texts
                     .get(k / width)
@@ -141,7 +134,7 @@ impl<'a> Writer<'a> {
 
     /// The bytes of a variable, or of one record of it, with their padding.
     fn size(&self, variable: &New<'_>) -> usize {
-        let size = self.count(variable) * size_of(variable.kind);
+        let size = self.count(variable) * variable.number.size();
         size + padding(size)
     }
 
@@ -160,7 +153,8 @@ impl<'a> Writer<'a> {
             int(&mut out, variable.dimensions.len());
             variable.dimensions.iter().for_each(|&k| int(&mut out, k));
             attributes(&mut out, &variable.attributes);
-            int(&mut out, variable.kind as usize);
+            let kind = (1..=11).find(|&kind| number_of(kind) == Some(variable.number));
+            int(&mut out, kind.unwrap_or(0) as usize);
             int(&mut out, self.size(variable).min(u32::MAX as usize));
             out.extend(begin.to_be_bytes());
         }
@@ -194,7 +188,7 @@ impl<'a> Writer<'a> {
         out.append(&self.header(&begins));
         let mut write = |k: usize, record: usize| {
             let variable = &self.variables[k];
-            let size = size_of(variable.kind);
+            let size = variable.number.size();
             let count = self.count(variable);
             out.rows(count, size, |first, bytes| {
                 (variable.fill)(record, first, bytes)

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::Surface;
 use crate::error::Result;
 use crate::field::Unread;
+use crate::io::scalar::Number;
 use crate::io::scan::{Numbers, Scan};
 use crate::io::{Content, Native, meshio};
 use crate::mesh::{Field, Support, Values};
@@ -21,51 +22,23 @@ pub static FORMAT: Native = Native {
 };
 
 /// A property of PLY: its name, the type of its values, and of the number of values if it is a list.
-type Property = (String, Type, Option<Type>);
+type Property = (String, Number, Option<Number>);
 
-/// Bytes of a number, whether it is a float, whether it has a sign.
-#[derive(Clone, Copy)]
-struct Type(usize, bool, bool);
-
-const TYPES: [(&str, Type); 16] = [
-    ("char", Type(1, false, true)),
-    ("int8", Type(1, false, true)),
-    ("uchar", Type(1, false, false)),
-    ("uint8", Type(1, false, false)),
-    ("short", Type(2, false, true)),
-    ("int16", Type(2, false, true)),
-    ("ushort", Type(2, false, false)),
-    ("uint16", Type(2, false, false)),
-    ("int", Type(4, false, true)),
-    ("int32", Type(4, false, true)),
-    ("uint", Type(4, false, false)),
-    ("uint32", Type(4, false, false)),
-    ("float", Type(4, true, true)),
-    ("float32", Type(4, true, true)),
-    ("double", Type(8, true, true)),
-    ("float64", Type(8, true, true)),
+const TYPES: [(Number, [&str; 2]); 8] = [
+    (Number::I8, ["char", "int8"]),
+    (Number::U8, ["uchar", "uint8"]),
+    (Number::I16, ["short", "int16"]),
+    (Number::U16, ["ushort", "uint16"]),
+    (Number::I32, ["int", "int32"]),
+    (Number::U32, ["uint", "uint32"]),
+    (Number::F32, ["float", "float32"]),
+    (Number::F64, ["double", "float64"]),
 ];
 
-impl Type {
-    fn read(self, scan: &mut Scan<'_>) -> Result<f64> {
-        let Type(size, float, sign) = self;
-        if scan.numbers == Numbers::Ascii {
-            return scan.any_f64();
-        }
-        let mut bytes = [0; 8];
-        let read = scan.bytes(size, 1)?;
-        let big = scan.numbers == Numbers::Big;
-        for (place, byte) in bytes.iter_mut().zip(0..size) {
-            *place = read[if big { size - 1 - byte } else { byte }];
-        }
-        let whole = u64::from_le_bytes(bytes);
-        let shift = 64 - 8 * size as u32;
-        Ok(match (float, size) {
-            (true, 4) => f32::from_bits(whole as u32).into(),
-            (true, _) => f64::from_bits(whole),
-            _ if sign => ((whole << shift) as i64 >> shift) as f64,
-            _ => whole as f64,
-        })
+fn read_number(of: Number, scan: &mut Scan<'_>) -> Result<f64> {
+    match scan.numbers {
+        Numbers::Ascii => scan.any_f64(),
+        numbers => Ok(of.read(scan.bytes(of.size(), 1)?, numbers == Numbers::Big)),
     }
 }
 
@@ -81,10 +54,8 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         let text = String::from_utf8_lossy(row.rest()).into_owned();
         let words: Vec<&str> = text.split_whitespace().collect();
         let named = |name: &str| {
-            TYPES
-                .iter()
-                .find(|(known, _)| *known == name)
-                .map(|(_, of)| *of)
+            let found = TYPES.iter().find(|(_, names)| names.contains(&name));
+            found.map(|(number, _)| *number)
         };
         let unknown = || row.error(format!("{text:?} is not a line of a header"));
         match words.as_slice() {
@@ -122,7 +93,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         scan.section.clone_from(&name);
         let least = properties
             .iter()
-            .map(|(_, of, count)| scan.least(2, count.map_or(of.0, |count| count.0)))
+            .map(|(_, of, count)| scan.least(2, count.unwrap_or(*of).size()))
             .sum();
         let rows = scan.believe(declared, &name, least)?;
         let corners = properties
@@ -139,10 +110,10 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             let mut found = Vec::new();
             for (place, (_, of, count)) in properties.iter().enumerate() {
                 let Some(count) = count else {
-                    values[place] = of.read(&mut scan)?;
+                    values[place] = read_number(*of, &mut scan)?;
                     continue;
                 };
-                let length = count.read(&mut scan)?;
+                let length = read_number(*count, &mut scan)?;
                 let length = scan.believe(
                     if length >= 0.0 {
                         length as u64
@@ -150,10 +121,10 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                         u64::MAX
                     },
                     "values",
-                    scan.least(2, of.0),
+                    scan.least(2, of.size()),
                 )?;
                 for _ in 0..length {
-                    let value = of.read(&mut scan)?;
+                    let value = read_number(*of, &mut scan)?;
                     if corners == Some(place) {
                         found.push(value);
                     }

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::read::{Lists, POLYGONS, Reader};
 use crate::error::Result;
 use crate::field::to_i64;
-use crate::io::vtu::array::RawNumbers;
+use crate::io::raw::RawNumbers;
 use crate::io::vtu::cells::POLYHEDRON;
 use crate::io::vtu::grids::Extent;
 use crate::io::vtu::lattice::Order;

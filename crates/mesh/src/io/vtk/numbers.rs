@@ -2,10 +2,35 @@
 
 use super::read::Reader;
 use crate::error::Result;
+use crate::io::raw::RawNumbers;
+use crate::io::scalar::{Number, Scalar, with_type};
 use crate::io::scan::Numbers;
-use crate::io::vtu::array::RawNumbers;
-use crate::io::vtu::scalar::Scalar;
 use crate::mesh::Values;
+
+/// VTK's names of types, the first as it is written: meshio and `vtkio` know those in C.
+pub(super) const TYPES: [(Number, &[&str]); 10] = [
+    (Number::I8, &["char", "signed_char", "vtktypeint8"]),
+    (Number::U8, &["unsigned_char", "bit", "vtktypeuint8"]),
+    (Number::I16, &["short", "vtktypeint16"]),
+    (Number::U16, &["unsigned_short", "vtktypeuint16"]),
+    (Number::I32, &["int", "vtktypeint32"]),
+    (Number::U32, &["unsigned_int", "vtktypeuint32"]),
+    (
+        Number::I64,
+        &["long", "long_long", "__int64", "vtktypeint64"],
+    ),
+    (
+        Number::U64,
+        &[
+            "unsigned_long",
+            "unsigned_long_long",
+            "unsigned___int64",
+            "vtktypeuint64",
+        ],
+    ),
+    (Number::F32, &["float"]),
+    (Number::F64, &["double"]),
+];
 
 /// The words of a line.
 pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
@@ -122,25 +147,20 @@ impl<'a> Reader<'a> {
 
     /// Numbers of a type by VTK's name of it.
     pub(super) fn raw(&mut self, kind: &str, count: u64) -> Result<RawNumbers<'a>> {
-        match kind.to_ascii_lowercase().as_str() {
-            "char" | "signed_char" | "vtktypeint8" => self.numbers_of::<i8>(count),
-            "bit" | "unsigned_char" | "vtktypeuint8" => self.numbers_of::<u8>(count),
-            "short" | "vtktypeint16" => self.numbers_of::<i16>(count),
-            "unsigned_short" | "vtktypeuint16" => self.numbers_of::<u16>(count),
-            "vtkidtype" if self.numbers == Numbers::Ascii => self.numbers_of::<i64>(count),
+        let lower = kind.to_ascii_lowercase();
+        let known = TYPES.iter().find(|(_, names)| names.contains(&&*lower));
+        let number = match (lower.as_str(), self.numbers) {
+            ("vtkidtype", Numbers::Ascii) => Some(Number::I64),
             // VTK writes its own type of numbers as one of 32 bits.
-            "int" | "vtkidtype" | "vtktypeint32" => self.numbers_of::<i32>(count),
-            "unsigned_int" | "vtktypeuint32" => self.numbers_of::<u32>(count),
-            "long" | "long_long" | "__int64" | "vtktypeint64" => self.numbers_of::<i64>(count),
-            "unsigned_long" | "unsigned_long_long" | "unsigned___int64" | "vtktypeuint64" => {
-                self.numbers_of::<u64>(count)
-            }
-            "float" => self.numbers_of::<f32>(count),
-            "double" => self.numbers_of::<f64>(count),
-            _ => Err(self
-                .scan
-                .error(format!("numbers of type {kind:?} are not read"))),
-        }
+            ("vtkidtype", _) => Some(Number::I32),
+            _ => known.map(|(number, _)| *number),
+        };
+        let unknown = || {
+            self.scan
+                .error(format!("numbers of type {kind:?} are not read"))
+        };
+        let number = number.ok_or_else(unknown)?;
+        with_type!(number, T => self.numbers_of::<T>(count))
     }
 
     pub(super) fn numbers_of<T: Scalar>(&mut self, count: u64) -> Result<RawNumbers<'a>> {
@@ -156,7 +176,7 @@ impl<'a> Reader<'a> {
         if self.numbers != Numbers::Ascii {
             let at = self.scan.bytes(count, T::WIDTH)?;
             return Ok(RawNumbers {
-                type_name: T::NAME,
+                number: T::TYPE,
                 bytes: at.into(),
                 big_endian: true,
             });
@@ -166,7 +186,7 @@ impl<'a> Reader<'a> {
             let Some(number) = self.scan.peek().and_then(T::parse) else {
                 return Err(self.scan.error(format!(
                     "expected a number of type {}, found {}",
-                    T::NAME,
+                    T::TYPE.name(),
                     self.scan.shown()
                 )));
             };

@@ -1,14 +1,15 @@
 //! Writes legacy VTK: the arrays that VTU has, as fields.
 
+use super::numbers::TYPES;
 use crate::error::Result;
 use crate::field::data::with_numbers;
 use crate::io::Job;
 use crate::io::out::Out;
+use crate::io::scalar::Scalar;
 use crate::io::vtu::cells::{needs_new_version, order, vtk_type};
 use crate::io::vtu::layout::{Array, Topology, lay_out};
-use crate::io::vtu::scalar::Scalar;
 use crate::io::vtu::write::{check_arrays, refuse};
-use crate::mesh::{CellKind, Mesh, Values};
+use crate::mesh::{CellKind, Mesh};
 
 pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {
     let (path, mesh, whole, options) = (job.path, job.mesh, job.whole, job.options);
@@ -145,10 +146,12 @@ impl File {
         for array in arrays {
             let values = array.values.values();
             let (width, tuples) = (array.components, values.len() / array.components);
+            let number = array.values.number();
+            let name = TYPES.iter().find(|(known, _)| *known == number);
             self.line(&format!(
                 "{} {width} {tuples} {}",
                 encode(&array.name),
-                type_name(&values)
+                name.map_or("", |(_, names)| names[0])
             ));
             with_numbers!(values.as_ref(), numbers => self.numbers(numbers, width));
         }
@@ -211,22 +214,6 @@ impl File {
         if self.binary {
             self.out.text("\n");
         }
-    }
-}
-
-/// VTK's names of types, of which meshio and `vtkio` know those in C.
-fn type_name(values: &Values) -> &'static str {
-    match values {
-        Values::F64(_) => "double",
-        Values::F32(_) => "float",
-        Values::I8(_) => "char",
-        Values::U8(_) => "unsigned_char",
-        Values::I16(_) => "short",
-        Values::U16(_) => "unsigned_short",
-        Values::I32(_) => "int",
-        Values::U32(_) => "unsigned_int",
-        Values::I64(_) => "long",
-        Values::U64(_) => "unsigned_long",
     }
 }
 

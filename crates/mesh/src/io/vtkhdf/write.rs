@@ -5,7 +5,8 @@ use std::borrow::Cow;
 use super::FORMAT;
 use crate::error::Result;
 use crate::io::Job;
-use crate::io::hdf5::write::{Data, Group, Type};
+use crate::io::hdf5::write::{Data, Group};
+use crate::io::scalar::Number;
 use crate::io::steps::Steps;
 use crate::io::vtu::column::{Column, Width};
 use crate::io::vtu::layout::{Topology, lay_out};
@@ -48,10 +49,10 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let nodes = connectivity.len();
     let mut file = Group::default();
     let root = file.group("VTKHDF");
-    let list = |number: i64| Data::integers(Type::Signed(8), vec![1], move |_| number);
+    let list = |number: i64| Data::integers(Number::I64, vec![1], move |_| number);
     root.with(
         "Version",
-        Data::integers(Type::Signed(8), vec![2], |k| if k == 0 { 2 } else { 0 }),
+        Data::integers(Number::I64, vec![2], |k| if k == 0 { 2 } else { 0 }),
     );
     root.with("Type", Data::one_text("UnstructuredGrid", 16));
     root.add("NumberOfPoints", list(points as i64));
@@ -62,7 +63,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     // The first offset is 0.
     root.add(
         "Offsets",
-        Data::made(Type::Signed(8), vec![cells + 1], move |first, bytes| {
+        Data::made(Number::I64, vec![cells + 1], move |first, bytes| {
             let skipped = usize::from(first == 0) * 8;
             let (_, rest) = bytes.split_at_mut(skipped.min(bytes.len()));
             ends.fill(first.saturating_sub(1), rest);
@@ -111,11 +112,10 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     if !times.is_empty() {
         let count = times.len();
         let root = file.group("VTKHDF").group("Steps");
-        root.with("NSteps", Data::integer(Type::Signed(8), count as i64));
+        root.with("NSteps", Data::integer(Number::I64, count as i64));
         root.add("Values", Data::floats(vec![count], |k| times[k]));
-        let constant = |number: i64, shape: Vec<usize>| {
-            Data::integers(Type::Signed(8), shape, move |_| number)
-        };
+        let constant =
+            |number: i64, shape: Vec<usize>| Data::integers(Number::I64, shape, move |_| number);
         root.add("NumberOfParts", constant(1, vec![count]));
         for name in ["PartOffsets", "PointOffsets"] {
             root.add(name, constant(0, vec![count]));
@@ -131,7 +131,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
             root.group("FieldDataOffsets")
                 .add(&member(&name), constant(0, vec![count]));
             let size = [components as i64, tuples as i64];
-            let sizes = Data::integers(Type::Signed(8), vec![count, 2], move |k| size[k % 2]);
+            let sizes = Data::integers(Number::I64, vec![count, 2], move |k| size[k % 2]);
             root.group("FieldDataSizes").add(&member(&name), sizes);
         }
         for field in &steps.fields {
@@ -157,9 +157,8 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
             });
             let root = file.group("VTKHDF");
             root.group(folder).add(&member(field.name), values);
-            let offsets = Data::integers(Type::Signed(8), vec![count], move |step| {
-                (step * rows) as i64
-            });
+            let offsets =
+                Data::integers(Number::I64, vec![count], move |step| (step * rows) as i64);
             root.group("Steps")
                 .group(&format!("{folder}Offsets"))
                 .add(&member(field.name), offsets);
@@ -177,22 +176,12 @@ fn member(name: &str) -> String {
 
 /// The numbers of a column in rows of a given length, or in a plain list.
 fn column(values: Column<'_>, width: usize) -> Data<'_> {
-    let kind = match values.type_name() {
-        "Int8" => Type::Signed(1),
-        "UInt8" => Type::Unsigned(1),
-        "Int16" => Type::Signed(2),
-        "UInt16" => Type::Unsigned(2),
-        "Int32" => Type::Signed(4),
-        "UInt32" => Type::Unsigned(4),
-        "Int64" => Type::Signed(8),
-        "UInt64" => Type::Unsigned(8),
-        "Float32" => Type::Float(4),
-        _ => Type::Float(8),
-    };
     let count = values.len();
     let shape = match count.checked_div(width) {
         None => vec![count],
         Some(rows) => vec![rows, width],
     };
-    Data::made(kind, shape, move |first, bytes| values.fill(first, bytes))
+    Data::made(values.number(), shape, move |first, bytes| {
+        values.fill(first, bytes)
+    })
 }

@@ -2,13 +2,14 @@
 //!
 //! `vtkio` (0.7.0-rc2) silently drops an array that does not decode; here it is an error that names the array.
 
-use super::scalar::{Scalar, with_type};
 use super::stream::Stream;
 use super::unpack::{Budget, Packing, Unpacked};
 use super::xml::{ArrayTag, Document};
 use crate::cancel;
 use crate::error::Result;
 use crate::field::Unread;
+use crate::io::raw::RawNumbers;
+use crate::io::scalar::{Number, Scalar, with_type};
 use crate::mesh::Values;
 use std::borrow::Cow;
 use std::path::Path;
@@ -20,53 +21,6 @@ pub(super) enum Count {
     /// VTK reads this many and ignores the rest, of which we warn.
     AtLeast(u64),
     Any,
-}
-
-/// Numbers of one type as bytes; those of a text are converted.
-pub(crate) struct RawNumbers<'b> {
-    /// The name of their type.
-    pub type_name: &'static str,
-    pub bytes: Unpacked<'b>,
-    pub big_endian: bool,
-}
-
-impl RawNumbers<'_> {
-    pub fn of<T: Scalar>(numbers: Vec<T>) -> Self {
-        let mut bytes = vec![0; numbers.len() * T::WIDTH];
-        T::put_le(&numbers, &mut bytes);
-        RawNumbers {
-            type_name: T::NAME,
-            bytes: bytes.into(),
-            big_endian: false,
-        }
-    }
-
-    pub fn values(&self) -> Values {
-        with_type!(self.type_name, T => T::values(T::from_bytes(&self.bytes, self.big_endian)), Values::U8(Vec::new().into()))
-    }
-
-    /// Whether a number is among them.
-    pub fn has(&self, number: u64) -> bool {
-        with_type!(self.type_name, T => {
-            T::each(&self.bytes, self.big_endian).any(|each| each.index() == Some(number))
-        }, false)
-    }
-
-    /// All but the first.
-    pub fn without_first(self) -> Self {
-        let width = with_type!(self.type_name, T => T::WIDTH, 1);
-        let bytes = match self.bytes {
-            Unpacked::Borrowed(bytes) => Unpacked::Borrowed(bytes.get(width..).unwrap_or_default()),
-            Unpacked::Owned(bytes) => bytes.get(width..).unwrap_or_default().to_vec().into(),
-            Unpacked::Part(file, range) => Unpacked::Part(file, range.start + width..range.end),
-        };
-        RawNumbers { bytes, ..self }
-    }
-
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        self.bytes.len() / with_type!(self.type_name, T => T::WIDTH, 1)
-    }
 }
 
 /// Decodes the arrays of one file.
@@ -82,8 +36,10 @@ pub(super) struct Decoder<'a> {
 impl<'a> Decoder<'a> {
     pub fn array(&mut self, tag: &ArrayTag, count: Count) -> Result<Values> {
         cancel::check()?;
-        let numbers =
-            with_type!(tag.type_name.as_str(), T => self.values::<T>(tag, count), unknown(tag));
+        let numbers = match tag.number {
+            Some(number) => with_type!(number, T => self.values::<T>(tag, count)),
+            None => Err(unknown(tag)),
+        };
         numbers.map_err(|what| self.refuse(tag, what))
     }
 
@@ -93,9 +49,10 @@ impl<'a> Decoder<'a> {
         'a: 'b,
     {
         cancel::check()?;
-        let type_name = tag.type_name.as_str();
-        let numbers =
-            with_type!(type_name, T => self.raw::<T>(tag, Count::Exactly(count)), unknown(tag));
+        let numbers = match tag.number {
+            Some(number) => self.raw(number, tag, Count::Exactly(count)),
+            None => Err(unknown(tag)),
+        };
         numbers.map_err(|what| self.refuse(tag, what))
     }
 
@@ -109,7 +66,7 @@ impl<'a> Decoder<'a> {
         } else {
             let RawNumbers {
                 bytes, big_endian, ..
-            } = self.raw::<T>(tag, count)?;
+            } = self.raw(T::TYPE, tag, count)?;
             T::from_bytes(&bytes, big_endian)
         };
         if let Count::AtLeast(count) = count {
@@ -131,8 +88,9 @@ impl<'a> Decoder<'a> {
         Ok(T::values(numbers))
     }
 
-    fn raw<'b, T: Scalar>(
+    fn raw<'b>(
         &mut self,
+        number: Number,
         tag: &'b ArrayTag<'_>,
         count: Count,
     ) -> Result<RawNumbers<'b>, String>
@@ -145,16 +103,16 @@ impl<'a> Decoder<'a> {
             Count::Any => (None, None),
         };
         if tag.format == "ascii" {
-            return self.ascii::<T>(tag, exact).map(RawNumbers::of);
+            return with_type!(number, T => self.ascii::<T>(tag, exact).map(RawNumbers::of));
         }
-        let [expected, known] =
-            [exact, known].map(|count| count.map(|count| count.saturating_mul(T::WIDTH as u64)));
+        let [expected, known] = [exact, known]
+            .map(|count| count.map(|count| count.saturating_mul(number.size() as u64)));
         let bytes = self.bytes(tag, expected, known)?;
-        if !bytes.len().is_multiple_of(T::WIDTH) {
+        if !bytes.len().is_multiple_of(number.size()) {
             return Err("it ends within a number".into());
         }
         Ok(RawNumbers {
-            type_name: T::NAME,
+            number,
             bytes,
             big_endian: self.document.big_endian,
         })
@@ -186,7 +144,7 @@ impl<'a> Decoder<'a> {
             }
             let number = T::parse(word).ok_or_else(|| {
                 let word = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
-                format!("{word:?} is not of type {}", T::NAME)
+                format!("{word:?} is not of type {}", T::TYPE.name())
             })?;
             numbers.push(number);
         }
@@ -307,8 +265,8 @@ impl<'a> Decoder<'a> {
     }
 }
 
-fn unknown<T>(tag: &ArrayTag) -> Result<T, String> {
-    Err(format!("arrays of type {:?} are not read", tag.type_name))
+fn unknown(tag: &ArrayTag) -> String {
+    format!("arrays of type {:?} are not read", tag.type_name)
 }
 
 /// Texts, each of which ends with a NUL; the last may lack it.

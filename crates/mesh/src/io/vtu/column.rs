@@ -1,8 +1,8 @@
 //! The numbers of an array that is being written.
 
 use super::cells::{order, vtk_type};
-use super::scalar::{Scalar, with_type};
 use crate::field::data::with_numbers;
+use crate::io::scalar::{Number, Scalar, with_type};
 use crate::mesh::{CellGroups, Mesh, Values};
 use std::borrow::Cow;
 
@@ -55,23 +55,20 @@ impl Column<'_> {
         }
     }
 
-    /// The `type` attribute.
-    pub fn type_name(&self) -> &'static str {
-        fn name<T: Scalar>(_: &[T]) -> &'static str {
-            T::NAME
-        }
+    /// The type of the numbers.
+    pub fn number(&self) -> Number {
         match self {
-            Column::Values(values) => with_numbers!(values.as_ref(), numbers => name(numbers)),
-            Column::Coordinates(_) => f64::NAME,
-            Column::Connectivity(_, width) | Column::Offsets(_, width) => width.name(),
-            Column::Types(_) => u8::NAME,
-            Column::Groups(tags) => tags.width.name(),
+            Column::Values(values) => Number::of(values),
+            Column::Coordinates(_) => Number::F64,
+            Column::Connectivity(_, width) | Column::Offsets(_, width) => width.number(),
+            Column::Types(_) => Number::U8,
+            Column::Groups(tags) => tags.width.number(),
         }
     }
 
     /// Bytes of one number.
     pub fn width(&self) -> usize {
-        with_type!(self.type_name(), T => T::WIDTH, 0)
+        self.number().size()
     }
 
     /// Fills `bytes` with the numbers from `first` on, little-endian.
@@ -98,35 +95,23 @@ impl Column<'_> {
         }
         let mut bytes = vec![0; self.len() * self.width()];
         self.fill(0, &mut bytes);
-        let values = with_type!(
-            self.type_name(),
-            T => T::values(T::from_bytes(&bytes, false)),
-            Values::U8(bytes.into())
-        );
-        Cow::Owned(values)
+        Cow::Owned(with_type!(self.number(), T => T::values(T::from_bytes(&bytes, false))))
     }
 }
 
 impl Width {
-    fn name(self) -> &'static str {
+    fn number(self) -> Number {
         match self {
-            Width::Narrow => i32::NAME,
-            Width::Wide => i64::NAME,
-        }
-    }
-
-    fn bytes(self) -> usize {
-        match self {
-            Width::Narrow => i32::WIDTH,
-            Width::Wide => i64::WIDTH,
+            Width::Narrow => Number::I32,
+            Width::Wide => Number::I64,
         }
     }
 
     /// Puts numbers in front, which fit; returns the remaining bytes.
     #[inline]
     fn put(self, bytes: &mut [u8], numbers: impl ExactSizeIterator<Item = i64>) -> &mut [u8] {
-        let count = numbers.len().min(bytes.len() / self.bytes());
-        let (front, rest) = bytes.split_at_mut(count * self.bytes());
+        let count = numbers.len().min(bytes.len() / self.number().size());
+        let (front, rest) = bytes.split_at_mut(count * self.number().size());
         match self {
             Width::Narrow => {
                 for (word, x) in front.as_chunks_mut().0.iter_mut().zip(numbers) {

@@ -6,10 +6,10 @@
 
 use super::cells::{block_code, vtk_type};
 use super::column::{Column, GroupTags, Width};
-use super::scalar::Scalar;
 use super::sections;
 use super::xml::MAX_ARRAYS_IN_SECTION;
 use crate::field::{GlobalArray, GlobalValues, data::with_numbers};
+use crate::io::scalar::Scalar;
 use crate::mesh::{CellBlock, CellGroups, CellKind, Field, Geometry, Group, Mesh, Support, Values};
 use std::borrow::Cow;
 use std::collections::HashSet;

@@ -1,9 +1,9 @@
 //! Merges pieces into one mesh: one after the other, as VTK's own reader does.
 
-use super::scalar::Scalar;
 use super::topology::Cells;
 use super::unpack::Budget;
 use crate::field::data::{to_i64, with_numbers};
+use crate::io::scalar::Scalar;
 use crate::mesh::{Array, CellBlock, CellKind, Field, Polyhedra, Support, Values};
 use std::iter::repeat_n;
 

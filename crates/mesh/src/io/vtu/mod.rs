@@ -19,7 +19,6 @@ mod pack;
 mod poly;
 pub(crate) mod read;
 mod restore;
-pub(crate) mod scalar;
 mod sections;
 mod stream;
 pub(crate) mod topology;

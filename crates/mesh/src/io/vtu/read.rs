@@ -1,16 +1,17 @@
 //! Pieces of a mesh, and global arrays, from the elements of a file.
 
-use super::array::{Count, Decoder, RawNumbers, split_texts};
+use super::array::{Count, Decoder, split_texts};
 use super::grids::{Extent, Frame};
 use super::lattice::Order;
 use super::layout::TEXTS;
 use super::merge::Piece;
-use super::scalar::{Scalar, with_type};
 use super::topology::{Cells, Part, Source};
 use super::unpack::Budget;
-use super::xml::{ArrayTag, Grid, POLYGONS, PieceTag};
+use super::xml::{ArrayTag, Grid, POLYGONS, PieceTag, TEXT};
 use crate::error::{Error, Place, Result};
 use crate::field::{GlobalArray, GlobalValues, Unread, to_i64};
+use crate::io::raw::RawNumbers;
+use crate::io::scalar::{Scalar, with_type};
 use crate::mesh::{Array, Field, Polyhedra, Support, Values};
 use std::collections::HashSet;
 
@@ -52,7 +53,7 @@ impl<'a> Decoder<'a> {
             .tuples
             .map(|tuples| self.product(tag, tuples, components));
         let count = count.transpose()?;
-        let values = if tag.type_name == "String" {
+        let values = if tag.type_name == TEXT {
             GlobalValues::Text(self.texts(tag, count)?)
         } else {
             let count = count.map_or(Count::Any, Count::Exactly);
@@ -281,7 +282,7 @@ impl<'a> Decoder<'a> {
     fn arrays(&mut self, tags: &[ArrayTag], tuples: u64, on: Support) -> Result<Vec<Field>> {
         let mut arrays = Vec::with_capacity(tags.len());
         for tag in tags {
-            if !with_type!(tag.type_name.as_str(), T => T::WIDTH > 0, false) {
+            if tag.number.is_none() {
                 let (kind, name) = (&tag.type_name, &tag.name);
                 self.unread.push(Unread::new(
                     name,
@@ -348,8 +349,9 @@ pub(crate) fn restore_texts(whole: &mut Vec<GlobalArray>, budget: &mut Budget) {
 
 /// The last of the ends of cells; what is not a number of nodes is refused where the cells are read.
 fn last(ends: &RawNumbers) -> u64 {
-    with_type!(ends.type_name, T => T::each(&ends.bytes, ends.big_endian).last().map(|end| end.index().unwrap_or(0)), None)
-        .unwrap_or(0)
+    with_type!(ends.number, T => {
+        T::each(&ends.bytes, ends.big_endian).last().and_then(T::index).unwrap_or(0)
+    })
 }
 
 /// The faces of a cell from a stream of all faces and where those of each cell end.

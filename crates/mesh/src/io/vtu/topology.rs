@@ -3,12 +3,12 @@
 //! `vtkio`'s model copies each of the three to an array of 64-bit numbers. Here they are read in place: the cost of a
 //! large mesh is the memory that is touched.
 
-use super::array::RawNumbers;
 use super::cells::{self, Meaning, POLYHEDRON};
 use super::lattice::Order;
-use super::scalar::{Scalar, with_type};
 use super::unpack::Unpacked;
+use crate::io::raw::RawNumbers;
 use crate::io::rows;
+use crate::io::scalar::{Number, Scalar, with_type};
 use crate::mesh::{Array, CellBlock, CellKind, Polyhedra};
 use crate::parallel;
 use std::collections::HashMap;
@@ -87,14 +87,14 @@ impl Cells {
             faces,
         } = source;
         let codes = codes_of(codes).map_err(|what| (Part::Types, what))?;
-        let runs = with_type!(ends.type_name, T => runs_of::<T>(&ends, &codes), Ok(Vec::new()));
+        let runs = with_type!(ends.number, T => runs_of::<T>(&ends, &codes));
         let runs = runs.map_err(|what| (Part::Offsets, what.to_owned()))?;
         let mut known: HashMap<(u8, usize), Meaning> = HashMap::new();
         let mut rest = &*nodes.bytes;
         for run in runs {
             let CellRun { code, width, cells } = run;
             let range = self.count..self.count + cells;
-            let bytes = with_type!(nodes.type_name, T => T::WIDTH, 1);
+            let bytes = nodes.number.size();
             let (words, others) = width
                 .checked_mul(cells * bytes)
                 .and_then(|length| rest.split_at_checked(length))
@@ -132,11 +132,11 @@ impl Cells {
                     ..nodes
                 };
                 let block = self.block(meaning.kind);
-                let all_there = with_type!(words.type_name, T => {
+                let all_there = with_type!(words.number, T => {
                     append::<T>(block, &words, points, width, meaning)
-                }, false);
+                });
                 if !all_there {
-                    let what = with_type!(nodes.type_name, T => beyond::<T>(&nodes, points), NO_INDEX.into());
+                    let what = with_type!(nodes.number, T => beyond::<T>(&nodes, points));
                     return Err((Part::Connectivity, what));
                 }
             }
@@ -214,10 +214,10 @@ fn codes_of(codes: RawNumbers) -> Result<Unpacked, String> {
             .map(narrow)
             .collect()
     }
-    if codes.type_name == u8::NAME {
+    if codes.number == Number::U8 {
         return Ok(codes.bytes);
     }
-    with_type!(codes.type_name, T => narrow::<T>(&codes).map(Unpacked::from), Ok(codes.bytes))
+    with_type!(codes.number, T => narrow::<T>(&codes).map(Unpacked::from))
 }
 
 /// Collects consecutive cells of the same type and width.

@@ -1,9 +1,9 @@
 //! Bytes of one array as VTU packs them, unpacked: a header of lengths, then the bytes, perhaps in compressed blocks.
 
 use super::Compressor;
-use super::scalar::Scalar;
 use super::stream::Stream;
 use crate::io::bytes::{self, Bytes};
+use crate::io::scalar::Scalar;
 use crate::parallel;
 use std::borrow::Cow;
 use std::ops::{Deref, Range};

@@ -8,13 +8,13 @@ use super::cells::needs_new_version;
 use super::column::Column;
 use super::layout::{self, Array, FileArrays, Topology, is_in_xml};
 use super::pack::{Packed, pack};
-use super::scalar::Scalar;
 use super::xml::POLYGONS;
 use super::{Compressor, Encoding};
 use crate::error::{Error, Result};
 use crate::field::GlobalArray;
 use crate::field::data::with_numbers;
 use crate::io::out::Out;
+use crate::io::scalar::Scalar;
 use crate::mesh::{Field, Mesh, Values};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
@@ -217,7 +217,7 @@ impl<'a> File<'a> {
     ) -> std::io::Result<()> {
         self.text(&format!(
             "<DataArray type=\"{}\" Name=\"{}\"",
-            values.type_name(),
+            values.number().name(),
             escape(name)
         ));
         // One component is the default; if it is written, meshio makes a table of one column.

@@ -6,6 +6,7 @@
 
 use super::Compressor;
 use crate::error::{Error, Place, Result};
+use crate::io::scalar::Number;
 use crate::io::xml::{self, Element, Fault, Tree};
 use memchr::memmem;
 use std::borrow::Cow;
@@ -146,6 +147,8 @@ pub(super) struct ArrayTag<'a> {
     pub byte: u64,
     pub name: String,
     pub type_name: String,
+    /// The type, if it is one of numbers.
+    pub number: Option<Number>,
     pub components: Option<u64>,
     pub tuples: Option<u64>,
     pub format: String,
@@ -458,10 +461,18 @@ impl<'a> ArrayTag<'a> {
                 Cow::Owned(_) => return Err(tag.fault("a text that cannot be read")),
             }
         }
+        let kind = word("type").unwrap_or_default();
+        let number = number(kind);
+        let type_name = match number {
+            Some(number) => number.name(),
+            None if kind.eq_ignore_ascii_case(TEXT) => TEXT,
+            None => kind,
+        };
         Ok(ArrayTag {
             byte: tag.byte,
             name: tag.exact("Name").unwrap_or_default().to_owned(),
-            type_name: type_name(word("type").unwrap_or_default()),
+            type_name: type_name.to_owned(),
+            number,
             components: count(tag, "NumberOfComponents")?,
             tuples: count(tag, "NumberOfTuples")?,
             // VTK's default.
@@ -472,22 +483,16 @@ impl<'a> ArrayTag<'a> {
     }
 }
 
-/// The type of an array as VTK calls it, where another case or the word of another program means one.
-fn type_name(word: &str) -> String {
-    let lower = word.to_ascii_lowercase();
-    let known = match &*lower {
-        "int8" => "Int8",
-        "uint8" => "UInt8",
-        "int16" => "Int16",
-        "uint16" => "UInt16",
-        "int32" | "int" => "Int32",
-        "uint32" => "UInt32",
-        "int64" | "vtkidtype" => "Int64",
-        "uint64" => "UInt64",
-        "float32" | "float" => "Float32",
-        "float64" | "double" => "Float64",
-        "string" => "String",
-        _ => word,
-    };
-    known.to_owned()
+/// The type of arrays of texts.
+pub(super) const TEXT: &str = "String";
+
+/// The type of numbers by VTK's name in any case, or by the word of another program.
+fn number(word: &str) -> Option<Number> {
+    Number::of_name(word).or_else(|| match word.to_ascii_lowercase().as_str() {
+        "int" => Some(Number::I32),
+        "vtkidtype" => Some(Number::I64),
+        "float" => Some(Number::F32),
+        "double" => Some(Number::F64),
+        _ => None,
+    })
 }

@@ -9,7 +9,8 @@ use super::tree::Tree;
 use crate::error::{Error, Result};
 use crate::field::data::with_numbers;
 use crate::file;
-use crate::io::vtu::array::RawNumbers;
+use crate::io::raw::RawNumbers;
+use crate::io::scalar::Number;
 use crate::io::vtu::unpack::Unpacked;
 use crate::io::{bytes, hdf5};
 use crate::mesh::Values;
@@ -331,25 +332,20 @@ impl<'a> Items<'a> {
                 format!("{name:?} has not {count} values of {size} bytes from byte {seek} on");
             self.refuse(what)
         })?;
-        let type_name = match (kind.to_ascii_lowercase().as_str(), size) {
-            ("float", 4) => "Float32",
-            ("float", 8) => "Float64",
-            ("int" | "char", 1) => "Int8",
-            ("int" | "short", 2) => "Int16",
-            ("int", 4) => "Int32",
-            ("int", 8) => "Int64",
-            ("uint" | "uchar", 1) => "UInt8",
-            ("uint" | "ushort", 2) => "UInt16",
-            ("uint", 4) => "UInt32",
-            ("uint", 8) => "UInt64",
-            _ => {
-                let what = format!("numbers of the type {kind} of {size} bytes are not read");
-                return Err(self.refuse(what));
-            }
+        let number = match (kind.to_ascii_lowercase().as_str(), size) {
+            ("float", _) => Number::float(size),
+            ("int", _) | ("char", 1) | ("short", 2) => Number::integer(size, true),
+            ("uint", _) | ("uchar", 1) | ("ushort", 2) => Number::integer(size, false),
+            _ => None,
         };
+        let number = number.ok_or_else(|| {
+            self.refuse(format!(
+                "numbers of the type {kind} of {size} bytes are not read"
+            ))
+        })?;
         let endian = element.get("Endian");
         Ok(RawNumbers {
-            type_name,
+            number,
             bytes: Unpacked::Part(bytes, part),
             big_endian: endian.is_some_and(|endian| endian.eq_ignore_ascii_case("big")),
         })

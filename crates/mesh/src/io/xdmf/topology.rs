@@ -4,7 +4,7 @@ use super::item::Items;
 use crate::error::Result;
 use crate::io::elements::{self, ELEMENTS};
 use crate::io::raw::Nodes;
-use crate::io::vtu::array::RawNumbers;
+use crate::io::raw::RawNumbers;
 use crate::io::vtu::cells::order;
 use crate::mesh::{Array, CellKind};
 

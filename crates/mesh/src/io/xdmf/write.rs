@@ -8,6 +8,7 @@ use crate::field::GlobalValues;
 use crate::io::hdf5::write::{Data, Group as Folder, Type};
 use crate::io::loss::Losses;
 use crate::io::raw::CellNodes;
+use crate::io::scalar::Number;
 use crate::io::steps::{Stepped, Steps};
 use crate::io::vtu::cells::order;
 use crate::io::{Job, out};
@@ -74,7 +75,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     file.group("Mesh").add("geometry", coordinates);
     let mut base = format!(
         "<Geometry GeometryType=\"{axes}\">{}</Geometry>",
-        item("/Mesh/geometry", Type::Float(8), &shape)
+        item("/Mesh/geometry", Number::F64.into(), &shape)
     );
     if !blocks.is_empty() {
         let count: usize = blocks.iter().map(|block| block.len()).sum();
@@ -116,7 +117,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
             &data.name,
             "Grid",
             data.components,
-            &item(&format!("/Whole/{k}"), Type::of(values), &shape),
+            &item(&format!("/Whole/{k}"), Number::of(values).into(), &shape),
         );
     }
     let mut grids = Vec::new();
@@ -147,7 +148,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
                 field.name,
                 centre,
                 field.components,
-                &item(&format!("/Fields/{k}/{at}"), kind, &shape),
+                &item(&format!("/Fields/{k}/{at}"), kind.into(), &shape),
             );
         }
         grids.push(format!(
@@ -218,16 +219,16 @@ fn groups<'a>(mesh: &'a Mesh, losses: &mut Losses) -> (String, usize, Data<'a>) 
     };
     let rows: Vec<Vec<i64>> = sets.sets.iter().map(row).collect();
     let narrow = rows.iter().flatten().all(|&tag| i32::try_from(tag).is_ok());
-    let kind = Type::Signed(if narrow { 4 } else { 8 });
+    let kind = if narrow { Number::I32 } else { Number::I64 };
     let values = Data::runs(kind, vec![mesh.cell_count(), width], sets.runs, rows);
     (names, width, values)
 }
 
 fn data_item(file: &str, place: &str, kind: Type, shape: &[usize]) -> String {
     let (name, size) = match kind {
-        Type::Signed(size) => ("Int", size),
-        Type::Unsigned(size) => ("UInt", size),
-        Type::Float(size) => ("Float", size),
+        Type::Number(number) if number.is_float() => ("Float", number.size()),
+        Type::Number(number) if number.is_unsigned() => ("UInt", number.size()),
+        Type::Number(number) => ("Int", number.size()),
         Type::Text(_) | Type::Bytes(_) => ("Char", 1),
     };
     let shape: Vec<String> = shape.iter().map(usize::to_string).collect();
@@ -262,10 +263,10 @@ fn attribute(name: &str, centre: &str, components: usize, item: &str) -> String 
 }
 
 /// The type of a field's values at a time.
-fn kind_of(field: &Stepped<'_>, step: usize) -> Type {
+fn kind_of(field: &Stepped<'_>, step: usize) -> Number {
     match field.at_step(step) {
-        Some(whole) if whole.at.is_empty() => Type::of(&whole.values),
-        _ => Type::Float(8),
+        Some(whole) if whole.at.is_empty() => Number::of(&whole.values),
+        _ => Number::F64,
     }
 }
 
@@ -309,7 +310,7 @@ fn topology_data<'a>(blocks: &[&'a CellBlock]) -> (&'static str, usize, (Data<'a
     }
     let shape = vec![numbers.len()];
     let values = Values::I64(numbers.into());
-    let data = Data::made(Type::Signed(8), shape.clone(), move |first, bytes| {
+    let data = Data::made(Number::I64, shape.clone(), move |first, bytes| {
         let Values::I64(numbers) = &values else {
             return;
         };

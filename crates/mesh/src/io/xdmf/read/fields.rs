@@ -61,7 +61,7 @@ impl Reader<'_> {
                 self.refuse(grid, format!("{name:?} is on a mesh that is not there"))
             })?;
             let (range, item) = (range.clone(), self.items.only(attribute)?);
-            if on == Support::Cells && name == GROUP && item.numbers.type_name.contains("Int") {
+            if on == Support::Cells && name == GROUP && !item.numbers.number.is_float() {
                 self.numbered(grid, range, &item)?;
                 continue;
             }

@@ -1,12 +1,30 @@
-//! Numbers as VTU stores them: each type's name, width, bytes and decimal form.
+//! The types of numbers in files: of each its name, width, bytes and decimal form.
 
 use crate::io::rows;
 use crate::mesh::Values;
 
-/// A number type of VTU.
+/// Evaluates one expression for the type that a [`Number`] stands for.
+macro_rules! with_type {
+    ($number:expr, $type:ident => $run:expr) => {
+        $crate::io::scalar::with_type!(
+            @match $number, $type => $run;
+            I8 i8 U8 u8 I16 i16 U16 u16 I32 i32 U32 u32 I64 i64 U64 u64 F32 f32 F64 f64
+        )
+    };
+    (@match $number:expr, $type:ident => $run:expr; $($variant:ident $number_type:ident)*) => {
+        match $number {
+            $($crate::io::scalar::Number::$variant => {
+                type $type = $number_type;
+                $run
+            })*
+        }
+    };
+}
+pub(crate) use with_type;
+
+/// A number.
 pub(crate) trait Scalar: Copy + Default + Send + Sync {
-    /// The `type` attribute.
-    const NAME: &'static str;
+    const TYPE: Number;
     /// Bytes of one value.
     const WIDTH: usize;
     /// Stands for a missing value: NaN, or 0 for integers.
@@ -33,9 +51,29 @@ pub(crate) trait Scalar: Copy + Default + Send + Sync {
 }
 
 macro_rules! scalar {
-    ($($type:ident $variant:ident $name:literal $missing:expr, $parse:expr, $print:expr, $index:expr;)*) => { $(
-        impl Scalar for $type {
-            const NAME: &'static str = $name;
+    ($($type:ident $variant:ident $name:literal $missing:expr, $parse:expr, $print:expr, $index:expr;)*) => {
+        /// A type of numbers.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Number {
+            $($variant),*
+        }
+
+        impl Number {
+            /// Each type with VTK's name of it.
+            const NAMES: [(Number, &'static str); 10] = [$((Number::$variant, $name)),*];
+
+            /// Bytes of one number.
+            pub fn size(self) -> usize {
+                match self { $(Number::$variant => size_of::<$type>()),* }
+            }
+
+            pub fn of(values: &Values) -> Self {
+                match values { $(Values::$variant(_) => Number::$variant),* }
+            }
+        }
+
+        $(impl Scalar for $type {
+            const TYPE: Number = Number::$variant;
             const WIDTH: usize = size_of::<$type>();
             const MISSING: $type = $missing;
 
@@ -107,8 +145,8 @@ macro_rules! scalar {
                     _ => None,
                 }
             }
-        }
-    )* };
+        })*
+    };
 }
 
 scalar! {
@@ -146,22 +184,44 @@ fn index_of<T: TryInto<u64>>(value: T) -> Option<u64> {
     value.try_into().ok()
 }
 
-/// Evaluates one expression for the type that `$name` names, or `$otherwise`.
-macro_rules! with_type {
-    ($name:expr, $type:ident => $run:expr, $otherwise:expr) => {
-        $crate::io::vtu::scalar::with_type!(
-            @match $name, $type => $run, $otherwise;
-            i8 u8 i16 u16 i32 u32 i64 u64 f32 f64
-        )
-    };
-    (@match $name:expr, $type:ident => $run:expr, $otherwise:expr; $($number:ident)*) => {
-        match $name {
-            $(name if name == <$number as $crate::io::vtu::scalar::Scalar>::NAME => {
-                type $type = $number;
-                $run
-            })*
-            _ => $otherwise,
-        }
-    };
+impl Number {
+    /// VTK's name.
+    pub fn name(self) -> &'static str {
+        let found = Self::NAMES.iter().find(|(number, _)| *number == self);
+        found.map_or("", |(_, name)| name)
+    }
+
+    /// The type that VTK calls so, in any case.
+    pub fn of_name(name: &str) -> Option<Self> {
+        let mut all = Self::NAMES.iter();
+        let found = all.find(|(_, known)| known.eq_ignore_ascii_case(name));
+        found.map(|(number, _)| *number)
+    }
+
+    pub fn is_float(self) -> bool {
+        matches!(self, Number::F32 | Number::F64)
+    }
+
+    /// Whether these are integers without a sign.
+    pub fn is_unsigned(self) -> bool {
+        matches!(self, Number::U8 | Number::U16 | Number::U32 | Number::U64)
+    }
+
+    /// The floats of this many bytes.
+    pub fn float(size: usize) -> Option<Self> {
+        [Number::F32, Number::F64]
+            .into_iter()
+            .find(|of| of.size() == size)
+    }
+
+    /// The integers of this many bytes.
+    pub fn integer(size: usize, is_signed: bool) -> Option<Self> {
+        let mut all = Self::NAMES.iter().map(|(number, _)| *number);
+        all.find(|of| !of.is_float() && of.is_unsigned() != is_signed && of.size() == size)
+    }
+
+    /// The number that these bytes begin with; 0 if they are too few.
+    pub fn read(self, bytes: &[u8], big_endian: bool) -> f64 {
+        with_type!(self, T => T::each(bytes, big_endian).next().map_or(0.0, T::float))
+    }
 }
-pub(crate) use with_type;
