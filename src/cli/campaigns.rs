@@ -56,7 +56,7 @@ pub(super) fn orders(arguments: &Orders, to: &Output) -> Result<u8> {
 fn orders_of_results(arguments: &Orders, to: &Output) -> Result<u8> {
     let python = meshio_python();
     let read = |path: &PathBuf| -> Result<Results> {
-        let mut series = Series::open(path, python.as_deref())?;
+        let mut series = Series::open(path)?;
         if series.times.len() > 1 {
             let what = format!("{} has {} times", path.display(), series.times.len());
             return Err(Error::usage(what, "give results of one time"));

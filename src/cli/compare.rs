@@ -115,7 +115,7 @@ impl<'a> Request<'a> {
         let mesh = arguments
             .mesh
             .as_deref()
-            .map(|path| Series::open(path, python.as_deref())?.read(0, python.as_deref()));
+            .map(|path| Series::open(path)?.read(0, python.as_deref()));
         Ok(Request {
             arguments,
             tolerances: tolerances(arguments, scene_bounds(scene.as_ref())?),
@@ -134,7 +134,7 @@ impl<'a> Request<'a> {
             [Side::Path(a), Side::Path(b)] => self.files(&a, &b),
             [a, b] => {
                 let series = |side| match side {
-                    Side::Path(path) => Series::open(&path, self.python.as_deref()),
+                    Side::Path(path) => Series::open(&path),
                     Side::Here(results) => Ok(Series::here(*results)),
                 };
                 self.series([series(a)?, series(b)?], false)
@@ -145,11 +145,7 @@ impl<'a> Request<'a> {
     /// Two files, or two files with several times.
     fn files(&self, a: &Path, b: &Path) -> Result<Found> {
         let identical = are_identical(a, b)?;
-        let python = self.python.as_deref();
-        self.series(
-            [Series::open(a, python)?, Series::open(b, python)?],
-            identical,
-        )
+        self.series([Series::open(a)?, Series::open(b)?], identical)
     }
 
     fn series(&self, mut sides: [Series; 2], identical: bool) -> Result<Found> {

@@ -59,7 +59,7 @@ pub struct Written {
 impl Written {
     /// The last of its times is read at once: a file that cannot be read is not a result.
     pub(super) fn open(path: &Path, name: String) -> Result<Self> {
-        let series = Series::open(path, super::meshio_python().as_deref())?;
+        let series = Series::open(path)?;
         let written = Written {
             times: series.times.clone(),
             grid: None,

@@ -76,7 +76,7 @@ fn read(path: &Path, of_mesh: bool) -> Result<Known, String> {
         content.warnings.clear();
         return Ok(Known::Mesh(Box::new(content)));
     }
-    let mut series = io::Series::open(path, None).map_err(|e| e.to_string())?;
+    let mut series = io::Series::open(path).map_err(|e| e.to_string())?;
     let times = series.times.clone();
     let all = (0..times.len()).map(|k| {
         let mut results = series.read(k, None)?;

@@ -9,4 +9,5 @@ pub(crate) use data::to_i64;
 pub use data::{GlobalArray, GlobalValues};
 pub use faces::{ColumnKind, FaceColumn, FaceFields, PADDING};
 pub use results::{ResultField, Results};
+pub(crate) use unread::Tell;
 pub use unread::Unread;

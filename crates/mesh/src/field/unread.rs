@@ -35,6 +35,27 @@ impl Unread {
     }
 }
 
+/// A list of what was not read.
+pub trait Tell {
+    /// Adds the part `name`, described by `what`.
+    fn tell(&mut self, name: impl Into<String>, what: impl Into<String>);
+    /// [`Tell::tell`], unless the list has it already.
+    fn tell_once(&mut self, name: impl Into<String>, what: impl Into<String>);
+}
+
+impl Tell for Vec<Unread> {
+    fn tell(&mut self, name: impl Into<String>, what: impl Into<String>) {
+        self.push(Unread::new(name, what));
+    }
+
+    fn tell_once(&mut self, name: impl Into<String>, what: impl Into<String>) {
+        let unread = Unread::new(name, what);
+        if !self.contains(&unread) {
+            self.push(unread);
+        }
+    }
+}
+
 impl fmt::Display for Unread {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.what)

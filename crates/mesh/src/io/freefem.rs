@@ -8,7 +8,7 @@ use std::path::Path;
 use super::labels::{Labels, Rows};
 use super::out::Out;
 use super::scan::Scan;
-use super::{Content, Job, Native};
+use super::{Content, Job, Native, Read};
 use crate::error::Result;
 use crate::mesh::CellKind;
 
@@ -20,7 +20,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises,
-    read,
+    read: Read::Once(read),
     write,
 };
 
@@ -71,15 +71,18 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     }
     Ok(Content {
         mesh: rows.finish(),
-        format: "freefem".into(),
-        encoding: "ascii".into(),
         ..Content::default()
     })
 }
 
 /// Writes a planar mesh of triangles and lines; cells are written triangles first.
 fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        mut losses,
+        ..
+    } = job;
     let mut labels = Labels::of_cells(mesh, &mut losses);
     labels.lose_names(&mut losses);
     let rest = mesh.cells().filter(|(_, kind, _)| {
@@ -91,9 +94,8 @@ fn write(job: Job<'_>) -> Result<Vec<String>> {
     );
     let raised = mesh.points.iter().filter(|point| point[2] != 0.0).count();
     losses.lose_some(raised, "points with a third coordinate");
-    for field in labels.label_points(&mut losses) {
-        losses.lose_field(&field.name, field.on);
-    }
+    let fields = labels.label_points(&mut losses);
+    losses.lose_fields(fields);
     losses.note_gmsh(mesh);
 
     let mut out = Out::to(path)?;
@@ -104,7 +106,5 @@ fn write(job: Job<'_>) -> Result<Vec<String>> {
     labels.write_points(&mut out, 2);
     labels.write_cells(&mut out, CellKind::Triangle);
     labels.write_cells(&mut out, CellKind::Line);
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    out.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || out.save(path))
 }

@@ -1,10 +1,11 @@
 //! Data that a format cannot store are never dropped silently.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::mesh::{Group, Mesh, Partitions, Support};
+use crate::mesh::{CellKind, Field, Group, Mesh, Partitions, Support};
 
 /// Collects what a target format cannot hold.
 #[derive(Default)]
@@ -13,6 +14,10 @@ pub struct Losses {
     losses: Vec<String>,
     /// Data that accompany a mesh without being part of it, such as the numbers of its points: one warning each.
     notes: Vec<String>,
+    /// What is said to hold no more, in messages.
+    pub title: String,
+    /// Whether a loss is a warning.
+    pub lossy: bool,
 }
 
 impl Losses {
@@ -23,6 +28,27 @@ impl Losses {
     /// Loses a whole field.
     pub fn lose_field(&mut self, name: &str, on: Support) {
         self.lose(format!("the field {name:?} on {on}"));
+    }
+
+    /// Loses all fields.
+    pub fn lose_fields<'a>(&mut self, fields: impl IntoIterator<Item = &'a Field>) {
+        for field in fields {
+            self.lose_field(&field.name, field.on);
+        }
+    }
+
+    /// Loses the blocks of cells of kinds that a format lacks.
+    pub fn lose_blocks(&mut self, mesh: &Mesh, has: impl Fn(CellKind) -> bool) {
+        for block in mesh.blocks.iter().filter(|block| !has(block.kind)) {
+            self.lose(format!("{} {} cells", block.len(), block.kind));
+        }
+    }
+
+    /// Notes that a field has a value everywhere in the file, and not here.
+    pub fn note_gaps(&mut self, field: &str, on: impl Display) {
+        self.note(format!(
+            "the field {field:?} is NaN on the {on} that lack it"
+        ));
     }
 
     /// [`Losses::lose`] where `count` is not 0.
@@ -95,23 +121,20 @@ impl Losses {
         }
     }
 
-    /// The warnings to give.
+    /// Saves what was made; the warnings to give.
     ///
     /// # Errors
-    /// Something would be lost and `lossy` does not allow it.
-    pub fn settle(self, path: &Path, format: &str, lossy: bool) -> Result<Vec<String>> {
-        if lossy || self.losses.is_empty() {
-            let lost = self
-                .losses
-                .into_iter()
-                .map(|what| format!("{format} does not hold {what}"));
-            return Ok(lost.chain(self.notes).collect());
+    /// Something would be lost and that is not allowed; those of `save`.
+    pub fn settle(self, path: &Path, save: impl FnOnce() -> Result<()>) -> Result<Vec<String>> {
+        let title = self.title;
+        if !self.lossy && !self.losses.is_empty() {
+            let what = format!("{title} cannot hold {}", self.losses.join("; "));
+            let remedy = "choose another format, or allow the loss with --lossy";
+            return Err(Error::whole(path, what, remedy));
         }
-        let what = self.losses.join("; ");
-        Err(Error::whole(
-            path,
-            format!("{format} cannot hold {what}"),
-            "choose another format, or allow the loss with --lossy",
-        ))
+        save()?;
+        let lost = self.losses.into_iter();
+        let lost = lost.map(|what| format!("{title} does not hold {what}"));
+        Ok(lost.chain(self.notes).collect())
     }
 }

@@ -43,8 +43,8 @@ pub fn read(path: &Path, format: &str, python: Option<&Path>) -> Result<Content>
 /// There is no such environment, meshio fails, or the format cannot hold the mesh; an interruption.
 pub fn write(job: Job<'_>, format: &str) -> Result<Vec<String>> {
     job.refuse_kinds_beyond_gmsh(format)?;
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
-    let python = options.python.as_deref();
+    let (path, mesh, mut losses) = (job.path, job.mesh, job.losses);
+    let python = job.options.python.as_deref();
     if is_special(path) {
         return Err(Error::usage(
             format!(
@@ -83,22 +83,18 @@ pub fn write(job: Job<'_>, format: &str) -> Result<Vec<String>> {
         };
         back = round_trip(&rest, &mut Losses::default())?;
     }
-    for field in lost {
-        losses.lose_field(&field.name, field.on);
-    }
+    losses.lose_fields(lost);
     compare(mesh, &back, &mut losses);
     losses.note_gmsh(mesh);
-    let warnings = losses.settle(
-        path,
-        &format!("{format}, as meshio writes it,"),
-        options.lossy,
-    )?;
-    for entry in std::fs::read_dir(&made).map_err(Error::io(path, "list"))? {
-        let entry = entry.map_err(Error::io(path, "list"))?;
-        std::fs::rename(entry.path(), parent.join(entry.file_name()))
-            .map_err(Error::io(path, "replace"))?;
-    }
-    Ok(warnings)
+    losses.title = format!("{format}, as meshio writes it,");
+    losses.settle(path, || {
+        for entry in std::fs::read_dir(&made).map_err(Error::io(path, "list"))? {
+            let entry = entry.map_err(Error::io(path, "list"))?;
+            std::fs::rename(entry.path(), parent.join(entry.file_name()))
+                .map_err(Error::io(path, "replace"))?;
+        }
+        Ok(())
+    })
 }
 
 /// `task` is to read or to write.

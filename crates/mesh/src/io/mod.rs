@@ -113,10 +113,40 @@ pub struct Native {
     holds_whole: bool,
     /// Whether the bytes of a file look like this format, and like none of the others.
     recognises: fn(&[u8]) -> bool,
-    /// Reads a file from its bytes; the mesh is checked afterwards.
-    read: fn(&Path, &[u8]) -> Result<Content>,
+    read: Read,
     /// Writes a mesh and data about it as a whole; the warnings list what the file cannot store.
     write: Write,
+}
+
+/// Reads a file from its bytes. The mesh is checked afterwards; what a reader does not say of format and encoding is added.
+#[derive(Debug, Clone, Copy)]
+enum Read {
+    /// Whose fields are of one time, or of none.
+    Once(fn(&Path, &[u8]) -> Result<Content>),
+    /// Whose fields may be of several times, on one mesh.
+    Views(fn(&Path, &[u8]) -> Result<Content>),
+    /// Whose mesh may change: read at one of its times, or at all of them.
+    Steps {
+        times: fn(&Path, &[u8]) -> Result<Vec<f64>>,
+        at: fn(&Path, &[u8], Option<f64>) -> Result<Content>,
+    },
+}
+
+impl Native {
+    /// Reads a file at one of its times, or at all.
+    fn read_at(&self, path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
+        let mut content = match &self.read {
+            Read::Once(read) | Read::Views(read) => read(path, bytes),
+            Read::Steps { at, .. } => at(path, bytes, time),
+        }?;
+        if content.format.is_empty() {
+            self.names[0].clone_into(&mut content.format);
+        }
+        if content.encoding.is_empty() {
+            content.encoding = "ascii".into();
+        }
+        checked(path, content)
+    }
 }
 
 type Write = fn(Job<'_>) -> Result<Vec<String>>;
@@ -139,7 +169,8 @@ impl<'a> Job<'a> {
     ) -> Result<Self> {
         let refuse = |what| Error::whole(path, what, "repair the mesh before it is written");
         mesh.validate().map_err(refuse)?;
-        let losses = Losses::default();
+        let mut losses = Losses::default();
+        losses.lossy = options.lossy;
         Ok(Job {
             path,
             mesh,
@@ -267,16 +298,15 @@ pub fn open(path: &Path, python: Option<&Path>) -> Result<Content> {
 /// The format is unknown, or the file violates it.
 pub fn parse(path: &Path, bytes: &[u8], python: Option<&Path>) -> Result<Content> {
     cancel::check()?;
-    let content = match recognise(path, bytes) {
-        Some(Format::Native(format)) => (format.read)(path, bytes),
-        Some(Format::Meshio(format)) => meshio::read(path, format, python),
+    match recognise(path, bytes) {
+        Some(Format::Native(format)) => format.read_at(path, bytes, None),
+        Some(Format::Meshio(format)) => checked(path, meshio::read(path, format, python)?),
         None => Err(Error::whole(
             path,
             recognise::unknown(bytes),
             "give a mesh in a known format",
         )),
-    }?;
-    checked(path, content)
+    }
 }
 
 /// The data that were read, if the mesh is sound.
@@ -369,22 +399,18 @@ pub fn write_with(
             "leave out the binary option",
         ));
     }
-    let mut losses = Losses::default();
+    let mut job = Job::new(path, mesh, whole, options)?;
+    job.losses.title = format.to_string();
     if !matches!(format, Format::Native(native) if native.holds_whole) {
-        whole.iter().for_each(|data| {
-            losses.lose(format!(
-                "the data {:?} about the mesh as a whole",
-                data.name
-            ))
-        });
+        for data in whole {
+            let what = format!("the data {:?} about the mesh as a whole", data.name);
+            job.losses.lose(what);
+        }
     }
-    let mut warnings = losses.settle(path, &format.to_string(), options.lossy)?;
-    let job = Job::new(path, mesh, whole, options)?;
-    warnings.extend(match format {
-        Format::Native(native) => (native.write)(job)?,
-        Format::Meshio(name) => meshio::write(job, name)?,
-    });
-    Ok(warnings)
+    match format {
+        Format::Native(native) => (native.write)(job),
+        Format::Meshio(name) => meshio::write(job, name),
+    }
 }
 
 /// The writer of formats that are only read.

@@ -15,6 +15,18 @@ pub enum Numbers {
     Big,
 }
 
+impl Numbers {
+    /// The encoding of a file whose numbers these are.
+    pub fn encoding(self) -> String {
+        let name = match self {
+            Numbers::Ascii => "ascii",
+            Numbers::Little => "binary-little",
+            Numbers::Big => "binary-big",
+        };
+        name.into()
+    }
+}
+
 /// A cursor in a file that is in memory.
 #[derive(Clone)]
 pub struct Scan<'a> {

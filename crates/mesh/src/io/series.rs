@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::recognise::recognise;
 use super::results::{content, of_content, read_results};
-use super::{Content, Format, Native, bytes, collection, exodus, pattern, table, vtkhdf, xdmf};
+use super::{Content, Format, Native, Read, bytes, collection, pattern, table};
 use crate::error::{Error, Result};
 use crate::field::Results;
 use crate::mesh::Field;
@@ -26,49 +26,19 @@ enum Held {
     /// In one file, which is read already; its views may have times.
     Views(Box<Content>),
     /// In one file, which is read again for each time.
-    Steps(&'static Steps),
+    Steps(&'static Native),
     /// A single result.
     Single,
     /// One in memory, until it is taken.
     Here(Option<Box<Results>>),
 }
 
-/// How a format is read at one of its times.
-#[derive(Debug)]
-struct Steps {
-    format: &'static Native,
-    times: fn(&Path, &[u8]) -> Result<Vec<f64>>,
-    read: fn(&Path, &[u8], Option<f64>) -> Result<Content>,
-}
-
-/// Formats whose fields have times on one mesh.
-const VIEWS: [&str; 3] = ["msh", "med", "cgns"];
-
-static STEPS: [Steps; 3] = [
-    Steps {
-        format: &exodus::FORMAT,
-        times: exodus::times,
-        read: exodus::read_at,
-    },
-    Steps {
-        format: &xdmf::FORMAT,
-        times: xdmf::times,
-        read: xdmf::read_at,
-    },
-    Steps {
-        format: &vtkhdf::FORMAT,
-        times: vtkhdf::times,
-        read: vtkhdf::read_at,
-    },
-];
-
 impl Series {
-    /// A file of any kind, or all files that a pattern like `u_*.vtu` names, whose numbers are their times. `python` is the
-    /// interpreter of an environment that has meshio, for the formats that meshio reads.
+    /// A file of any kind, or all files that a pattern like `u_*.vtu` names, whose numbers are their times.
     ///
     /// # Errors
     /// A file or list that cannot be read, a pattern that no file matches, a time that is not a number.
-    pub fn open(path: &Path, python: Option<&Path>) -> Result<Self> {
+    pub fn open(path: &Path) -> Result<Self> {
         let of = |times: Vec<f64>, held| Series {
             path: path.to_owned(),
             times: times.into_iter().map(Some).collect(),
@@ -96,8 +66,13 @@ impl Series {
         {
             let bytes = bytes::read(path).map_err(Error::io(path, "read"))?;
             match recognise(path, &bytes) {
-                Some(Format::Native(native)) if VIEWS.contains(&native.names[0]) => {
-                    let content = super::parse(path, &bytes, python)?;
+                Some(Format::Native(
+                    native @ Native {
+                        read: Read::Views(_),
+                        ..
+                    },
+                )) => {
+                    let content = native.read_at(path, &bytes, None)?;
                     let times = times_of_views(&content.mesh.fields);
                     let mut series = of(times, Held::Views(Box::new(content)));
                     if series.times.is_empty() {
@@ -105,14 +80,17 @@ impl Series {
                     }
                     return Ok(series);
                 }
-                Some(Format::Native(native)) => {
-                    if let Some(steps) = STEPS.iter().find(|steps| steps.format == native) {
-                        let mut times = (steps.times)(path, &bytes)?;
-                        times.sort_by(f64::total_cmp);
-                        times.dedup();
-                        if !times.is_empty() {
-                            return Ok(of(times, Held::Steps(steps)));
-                        }
+                Some(Format::Native(
+                    native @ Native {
+                        read: Read::Steps { times, .. },
+                        ..
+                    },
+                )) => {
+                    let mut times = times(path, &bytes)?;
+                    times.sort_by(f64::total_cmp);
+                    times.dedup();
+                    if !times.is_empty() {
+                        return Ok(of(times, Held::Steps(native)));
                     }
                 }
                 _ => {}
@@ -134,7 +112,8 @@ impl Series {
         }
     }
 
-    /// The k-th of its results; a single one can be read once.
+    /// The k-th of its results; a single one can be read once. `python` is the interpreter of an environment that has
+    /// meshio, for the formats that meshio reads.
     ///
     /// # Errors
     /// The errors of [`read_results`]; several files of one time, which are not a whole.
@@ -158,10 +137,10 @@ impl Series {
                     Err(Error::whole(&self.path, what, remedy))
                 }
             },
-            Held::Steps(steps) => {
+            Held::Steps(format) => {
                 let bytes = bytes::read(&self.path).map_err(Error::io(&self.path, "read"))?;
-                let content = (steps.read)(&self.path, &bytes, self.times[k])?;
-                of_content(&self.path, super::checked(&self.path, content)?)
+                let content = format.read_at(&self.path, &bytes, self.times[k])?;
+                of_content(&self.path, content)
             }
             Held::Views(content) if self.times.len() == 1 => {
                 of_content(&self.path, std::mem::take(&mut **content))
@@ -200,7 +179,7 @@ pub fn survey(
     python: Option<&Path>,
 ) -> Result<(Content, Vec<f64>)> {
     if pattern::is_pattern(path) || collection::is_pvd(path) {
-        let series = Series::open(path, python)?;
+        let series = Series::open(path)?;
         let times: Vec<f64> = series.times.iter().copied().flatten().collect();
         if let Held::Files(files) = &series.held
             && let Some(last) = files.last()
@@ -289,14 +268,14 @@ mod tests {
         for name in ["u_10.csv", "u_9.csv", "u_2a.csv", "v_1.csv"] {
             std::fs::write(at(name), "vertex,u\n0,1\n").unwrap();
         }
-        let mut series = Series::open(&at("u_*.csv"), None).unwrap();
+        let mut series = Series::open(&at("u_*.csv")).unwrap();
         assert_eq!(series.times, [Some(2.0), Some(9.0), Some(10.0)]);
         assert_eq!(
             series.read(1, None).unwrap().source,
             at("u_9.csv").display().to_string()
         );
         let refused = |name: &str, words: &str| {
-            let error = Series::open(&at(name), None).unwrap_err().to_string();
+            let error = Series::open(&at(name)).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         };
         refused("w_*.csv", "no file has such a name");
@@ -304,7 +283,7 @@ mod tests {
         refused("u_*.csv", "have one number");
         std::fs::write(at("u_.csv"), "").unwrap();
         refused("u_*.csv", "has no number");
-        let single = Series::open(&at("v_1.csv"), None).unwrap();
+        let single = Series::open(&at("v_1.csv")).unwrap();
         assert_eq!(single.times, [None]);
     }
 
@@ -318,7 +297,7 @@ mod tests {
                 format!("<VTKFile><Collection>{entries}</Collection></VTKFile>"),
             )
             .unwrap();
-            Series::open(&at("u.pvd"), None)
+            Series::open(&at("u.pvd"))
         };
         let entry =
             |time: &str, file: &str| format!("<DataSet timestep=\"{time}\" file=\"{file}\"/>");

@@ -61,10 +61,7 @@ impl<'a> Steps<'a> {
             }
             let partial = field.steps.iter().flatten().any(|step| !step.at.is_empty());
             if partial && field.on == Support::Points {
-                losses.note(format!(
-                    "the field {:?} is NaN on the {} that lack it",
-                    field.name, field.on
-                ));
+                losses.note_gaps(field.name, field.on);
             }
         }
         Steps { times, fields: all }

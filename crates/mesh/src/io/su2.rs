@@ -6,9 +6,9 @@ use super::builder::{Builder, Numbering};
 use super::out::Out;
 use super::scan::Scan;
 use super::vtu::cells::{classical, vtk_type};
-use super::{Content, Job, Native};
+use super::{Content, Job, Native, Read};
 use crate::error::{Error, Result};
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::mesh::{CellKind, Mesh};
 
 pub static FORMAT: Native = Native {
@@ -18,7 +18,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises,
-    read,
+    read: Read::Once(read),
     write,
 };
 
@@ -57,11 +57,7 @@ struct Zone {
 
 fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut scan = Scan::with_comments(path, bytes, b'%');
-    let mut content = Content {
-        format: "su2".into(),
-        encoding: "ascii".into(),
-        ..Content::default()
-    };
+    let mut content = Content::default();
     let mut zones = vec![Zone::default()];
     let (mut dimension, mut tag) = (0, String::new());
     while scan.peek().is_some() {
@@ -133,18 +129,16 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             "NZONE" | "IZONE" | "NMARK" | "AOA" | "AOS" | "NCHUNK" | "SEND_TO" | "SEND_RECV"
             | "FFD_NBOX" => {
                 if matches!(key.as_str(), "SEND_TO" | "SEND_RECV") {
-                    content.unread.push(Unread::new(
+                    content.unread.tell(
                         &*tag,
                         format!(
                             "the partition that the marker {tag:?} is sent to or received from"
                         ),
-                    ));
+                    );
                 }
             }
             _ => {
-                content
-                    .unread
-                    .push(Unread::new(&*key, format!("{key}= {value}")));
+                content.unread.tell(&*key, format!("{key}= {value}"));
                 scan.line();
                 while scan.peek().is_some() && !scan.clone().line().contains(&b'=') {
                     scan.skip_blanks();
@@ -226,7 +220,12 @@ fn build(scan: &Scan<'_>, zones: Vec<Zone>) -> Result<Mesh> {
 
 /// Writes the cells of the highest dimension, and the groups of their sides as markers.
 fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        mut losses,
+        ..
+    } = job;
     let dim = mesh.dim().max(2);
     let kinds: Vec<(CellKind, &[u32])> =
         mesh.cells().map(|(_, kind, nodes)| (kind, nodes)).collect();
@@ -254,9 +253,7 @@ fn write(job: Job<'_>) -> Result<Vec<String>> {
         mesh.groups.len() - markers.len(),
         "groups that are not sides of the mesh",
     );
-    for field in &mesh.fields {
-        losses.lose_field(&field.name, field.on);
-    }
+    losses.lose_fields(&mesh.fields);
     if dim == 2 {
         let raised = mesh.points.iter().filter(|point| point[2] != 0.0).count();
         losses.lose_some(
@@ -319,7 +316,5 @@ fn write(job: Job<'_>) -> Result<Vec<String>> {
         ));
         sides.into_iter().for_each(|side| cell(&mut out, side));
     }
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    out.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || out.save(path))
 }

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::builder::{Builder, Lookup, Numbering};
 use super::scan::{Numbers, Scan};
-use super::{Content, Native, meshio};
+use super::{Content, Native, Read, meshio};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
 pub static FORMAT: Native = Native {
@@ -17,7 +17,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises: |bytes| byte_order(bytes).is_some() || is_text(bytes),
-    read,
+    read: Read::Once(read),
     write: |job| meshio::write(job, "avsucd"),
 };
 
@@ -37,10 +37,9 @@ const TYPES: [(&str, CellKind, &[usize]); 8] = [
 /// The data that were read, with a note on data for the whole mesh.
 fn finish(mut content: Content, builder: Builder, for_all: usize) -> Content {
     if for_all > 0 {
-        content.unread.push(Unread::new(
-            "model data",
-            "the data about the model as a whole",
-        ));
+        content
+            .unread
+            .tell("model data", "the data about the model as a whole");
     }
     content.mesh = builder.finish();
     let turned = turn_over(&mut content.mesh);
@@ -137,18 +136,9 @@ fn byte_order(bytes: &[u8]) -> Option<(Numbers, Head, usize)> {
 }
 
 fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
-    let mut content = Content {
-        format: "avsucd".into(),
-        encoding: "ascii".into(),
-        ..Content::default()
-    };
+    let mut content = Content::default();
     if let Some((numbers, head, listed)) = byte_order(bytes) {
-        content.encoding = if numbers == Numbers::Big {
-            "binary-big"
-        } else {
-            "binary-little"
-        }
-        .into();
+        content.encoding = numbers.encoding();
         let mut scan = Scan::new(path, bytes);
         scan.advance(25);
         scan.numbers = numbers;

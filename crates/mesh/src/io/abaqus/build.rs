@@ -7,7 +7,7 @@ use nalgebra::{Rotation3, Unit, Vector3};
 use super::elements;
 use super::model::{Element, Instance, Member, Part, Set, Surface};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::builder::{Builder, Lookup, Numbering, points_in_order};
 use crate::io::scan::Scan;
 use crate::io::sides::side;
@@ -183,10 +183,10 @@ impl Building<'_> {
 
     fn finish_points(&mut self, numbers: Numbering, alone: bool) -> Result<()> {
         if !alone {
-            self.unread.push(Unread::new(
+            self.unread.tell(
                 "numbers",
                 "the numbers of nodes and elements, which several instances share",
-            ));
+            );
         }
         if numbers.len() == 0 {
             return Err(self.scan.error_with(
@@ -310,13 +310,13 @@ impl Building<'_> {
         }
         if missing > 0 {
             let what = if set.of_nodes { "nodes" } else { "elements" };
-            self.unread.push(Unread::new(
+            self.unread.tell(
                 &set.name,
                 format!(
                     "{missing} members of the set {:?} of {what}, which do not exist",
                     set.name
                 ),
-            ));
+            );
         }
         all.sort_unstable();
         all.dedup();
@@ -362,13 +362,13 @@ impl Building<'_> {
             self.builder.set(&name, sides);
         }
         if lost > 0 {
-            self.unread.push(Unread::new(
+            self.unread.tell(
                 &surface.name,
                 format!(
                     "{lost} members of the surface {:?}, which are not sides of elements",
                     surface.name
                 ),
-            ));
+            );
         }
         Ok(())
     }

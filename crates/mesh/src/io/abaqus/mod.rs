@@ -9,7 +9,7 @@ mod model;
 mod read;
 mod write;
 
-use super::Native;
+use super::{Native, Read};
 
 pub static FORMAT: Native = Native {
     title: "Abaqus' input",
@@ -18,7 +18,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises,
-    read: read::read,
+    read: Read::Once(read::read),
     write: write::write,
 };
 

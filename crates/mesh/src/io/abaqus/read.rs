@@ -7,7 +7,7 @@ use super::build::Model;
 use super::elements::kind;
 use super::model::{Instance, Part, Set, Surface};
 use crate::error::{Error, Result};
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::Content;
 use crate::io::out::folder_of;
 use crate::io::scan::Scan;
@@ -101,19 +101,17 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut unread = std::mem::take(&mut reader.unread);
     if !reader.skipped.is_empty() {
         let words: Vec<String> = reader.skipped.into_iter().collect();
-        unread.push(Unread::new(
+        unread.tell(
             "keywords",
             format!(
                 "the keywords {}, which are not part of a mesh",
                 words.join(", ")
             ),
-        ));
+        );
     }
     let mesh = reader.model.build(&Scan::new(path, bytes), &mut unread)?;
     Ok(Content {
         mesh,
-        format: "abaqus".into(),
-        encoding: "ascii".into(),
         unread,
         ..Content::default()
     })
@@ -230,10 +228,10 @@ impl Reader<'_> {
                     .to_ascii_uppercase();
                 let of = kind(&name);
                 if of.is_none() {
-                    self.unread.push(Unread::new(
+                    self.unread.tell(
                         &*name,
                         format!("the elements of type {name:?}, which no mesh has"),
-                    ));
+                    );
                 }
                 let set = self.set(parameter(words, "ELSET"), false);
                 Mode::Elements {
@@ -259,10 +257,8 @@ impl Reader<'_> {
                     .to_ascii_uppercase();
                 let name = owned("NAME").unwrap_or_default();
                 if !["ELEMENT", "NODE"].contains(&kind.as_str()) {
-                    self.unread.push(Unread::new(
-                        &name,
-                        format!("the surface {name:?} of type {kind}"),
-                    ));
+                    self.unread
+                        .tell(&name, format!("the surface {name:?} of type {kind}"));
                     Mode::Heading
                 } else {
                     let surfaces = &mut self.part().surfaces;

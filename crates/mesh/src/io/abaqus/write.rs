@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use super::FORMAT;
 use super::elements::{order, sides as sides_of};
 use crate::error::Result;
 use crate::io::loss::Losses;
@@ -13,10 +12,13 @@ use crate::mesh::{CellKind, Group};
 type Cell<'a> = (CellKind, &'a [u32]);
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
-    for field in &mesh.fields {
-        losses.lose_field(&field.name, field.on);
-    }
+    let Job {
+        path,
+        mesh,
+        mut losses,
+        ..
+    } = job;
+    losses.lose_fields(&mesh.fields);
     losses.note_gmsh(mesh);
     let dim = mesh.dim();
     let flat = mesh.is_flat();
@@ -129,9 +131,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
                 .pass_on();
         }
     }
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    out.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || out.save(path))
 }
 
 /// The types of elements that are written in 2D and in 3D.

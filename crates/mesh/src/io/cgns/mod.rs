@@ -12,7 +12,7 @@ mod tests;
 mod tree;
 mod write;
 
-use super::{Native, elements};
+use super::{Native, Read, elements};
 use crate::mesh::CellKind;
 
 /// Elements of several kinds; of any number of corners; and of faces.
@@ -36,6 +36,6 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     // HDF5 is known by its root.
     recognises: adf::is_adf,
-    read: read::read,
+    read: Read::Views(read::read),
     write: write::write,
 };

@@ -14,7 +14,7 @@ use polytopes::{face, faces, lists};
 use super::tree::{self, Node};
 use super::{MIXED, NFACE, NGON, adf, kind_of};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::polytopes::Lists;
 use crate::io::raw::RawNumbers;
 use crate::io::raw::{self, Nodes};
@@ -69,15 +69,12 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         sets: Sets::default(),
         groups: Vec::new(),
         names: BTreeMap::new(),
-        unread: bases
-            .iter()
-            .skip(1)
-            .map(|base| {
-                let what = format!("the base {:?}, a further one", base.name());
-                Unread::new(base.name(), what)
-            })
-            .collect(),
+        unread: Vec::new(),
     };
+    for base in bases.iter().skip(1) {
+        let what = format!("the base {:?}, a further one", base.name());
+        reader.unread.tell(base.name(), what);
+    }
     let dimension = base.integers()?.first().copied().unwrap_or(3).clamp(1, 3) as u8;
     let aliases = aliases(base)?;
     let times = match base.labelled("BaseIterativeData_t")?.first() {
@@ -134,7 +131,6 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     vectors::join(&mut mesh.fields);
     Ok(Content {
         mesh,
-        format: "cgns".into(),
         version,
         encoding: if adf::is_adf(bytes) {
             "adf".into()
@@ -182,14 +178,14 @@ impl Reader {
         let first = self.sets.mesh.points.len();
         let grids = node.labelled("GridCoordinates_t")?;
         if grids.len() > 1 {
-            self.unread.push(Unread::new(
+            self.unread.tell(
                 node.name(),
                 format!(
                     "{} further grids of the zone {:?}",
                     grids.len() - 1,
                     node.name()
                 ),
-            ));
+            );
         }
         let arrays = grids.first().map(|grid| grid.labelled("DataArray_t"));
         let (mut others, mut axes) = (Vec::new(), [None, None, None]);
@@ -299,13 +295,13 @@ impl Reader {
                 return Ok(true);
             }
             number if number != MIXED && kind_of(number).is_none() => {
-                self.unread.push(Unread::new(
+                self.unread.tell(
                     section.name(),
                     format!(
                         "the section {:?} of elements of CGNS's type {number}",
                         section.name()
                     ),
-                ));
+                );
                 return Ok(false);
             }
             _ => {}

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::adf;
 use crate::cancel;
 use crate::error::{Error, Result};
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::hdf5;
 use crate::io::raw::RawNumbers;
 use crate::mesh::Values;
@@ -145,7 +145,7 @@ impl<'a> Node<'a> {
         let is_told = unread.iter().any(|one| one.name == self.name());
         if is_unread && !is_told {
             let what = format!("the node {at}, which has no place in a mesh");
-            unread.push(Unread::new(self.name(), what));
+            unread.tell(self.name(), what);
         }
         for (name, target) in links {
             let what = format!("the link {at}/{name} to {target}");

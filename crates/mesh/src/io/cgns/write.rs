@@ -1,6 +1,6 @@
 //! Writes CGNS files on HDF5.
 
-use super::{FORMAT, number_of};
+use super::number_of;
 use crate::error::Result;
 use crate::io::hdf5::write::{Data, Group};
 use crate::io::loss::Losses;
@@ -16,17 +16,16 @@ const INT: Number = Number::I32;
 const NAME: usize = 32;
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        mut losses,
+        ..
+    } = job;
     losses.note_gmsh(mesh);
     let dim = mesh.dim().max(1);
     let count = mesh.points.len();
-    for block in mesh
-        .blocks
-        .iter()
-        .filter(|block| number_of(block.kind).is_none())
-    {
-        losses.lose(format!("{} {} cells", block.len(), block.kind));
-    }
+    losses.lose_blocks(mesh, |kind| number_of(kind).is_some());
     let blocks: Vec<(&CellBlock, u32)> = {
         let firsts = mesh.blocks.iter().scan(0, |next, block| {
             let first = *next;
@@ -155,9 +154,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
         node(file.member("Base"), name, "Family_t", "MT");
     }
     write_fields(file.member("Base"), mesh, &steps, &full, &mut losses);
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    file.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || file.save(path))
 }
 
 fn write_fields<'a>(
@@ -189,10 +186,7 @@ fn write_fields<'a>(
             && field.on == Support::Cells
             && full.iter().any(|&cell| row_of(at, cell as usize).is_none())
         {
-            losses.note(format!(
-                "the field {:?} is NaN on the cells that lack it",
-                field.name
-            ));
+            losses.note_gaps(field.name, field.on);
         }
         let (location, word) = if field.on == Support::Points {
             ("Vertex", "Vertex")

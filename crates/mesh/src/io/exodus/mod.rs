@@ -12,9 +12,7 @@ mod write;
 #[cfg(test)]
 pub(super) mod tests;
 
-use super::{Native, netcdf};
-
-pub use read::{read_at, times};
+use super::{Native, Read, netcdf};
 
 pub static FORMAT: Native = Native {
     title: "Exodus",
@@ -23,6 +21,9 @@ pub static FORMAT: Native = Native {
     has_binary: true,
     holds_whole: true,
     recognises: netcdf::is_classic,
-    read: read::read,
+    read: Read::Steps {
+        times: read::times,
+        at: read::read,
+    },
     write: write::write,
 };

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::netcdf::File;
 use crate::io::polytopes::Lists;
 use crate::io::raw::RawNumbers;
@@ -47,13 +47,8 @@ pub fn times(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
         .map_or(Vec::new(), |times| times.to_f64()))
 }
 
-/// Reads a file with its variables at all times.
-pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
-    read_at(path, bytes, None)
-}
-
 /// Reads a file with its variables at one time, or at all.
-pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
+pub fn read(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
     let file = File::open(path, bytes)?;
     let encoding = file.encoding();
     if file.dimension("num_nodes")?.is_none() && file.dimension("num_dim")?.is_none() {
@@ -98,8 +93,6 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
     Ok(Content {
         mesh,
         whole,
-        format: "exodus".into(),
-        version: None,
         encoding,
         warnings,
         unread: reader.unread,
@@ -205,10 +198,10 @@ impl Reader<'_> {
                 return Err(self.file.refuse(what));
             };
             if width > kind.points() {
-                self.unread.push(Unread::new(&connect, format!(
+                self.unread.tell(&connect, format!(
                     "the last {} of the {width} nodes of {count} elements {element}, which are {kind} here",
                     width - kind.points()
-                )));
+                ));
             }
             let of = Nodes {
                 base: 1,
@@ -283,13 +276,6 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn tell(&mut self, name: &str, what: String) {
-        let unread = Unread::new(name, what);
-        if !self.unread.contains(&unread) {
-            self.unread.push(unread);
-        }
-    }
-
     /// Reports what else is there.
     fn others(&mut self) -> Result<()> {
         for (names, what) in [
@@ -300,19 +286,20 @@ impl Reader<'_> {
             ("name_face_var", "faces"),
         ] {
             for name in self.file.texts(names)?.unwrap_or_default() {
-                self.tell(&name, format!("the variable {name:?} on {what}"));
+                self.unread
+                    .tell_once(&name, format!("the variable {name:?} on {what}"));
             }
         }
         let declared = self.file.dimension("num_nodes")?.unwrap_or(0);
         if self.sets.mesh.points.is_empty() && declared > 0 {
             let what = format!("the coordinates of {declared} nodes, which are not in the file");
-            self.tell("coord", what);
+            self.unread.tell_once("coord", what);
         }
         let declared = self.file.dimension("num_elem")?.unwrap_or(0);
         let found: usize = self.blocks.iter().map(|block| block.count).sum();
         if found != declared && declared > 0 {
             let what = format!("{declared} elements, of which the blocks of the file have {found}");
-            self.tell("num_elem", what);
+            self.unread.tell_once("num_elem", what);
         }
         for name in self.file.unread()? {
             let starts = |words: &[&str]| words.iter().any(|word| name.starts_with(word));
@@ -343,7 +330,7 @@ impl Reader<'_> {
             } else {
                 "the variable"
             };
-            self.tell(&name, format!("{what} {name}"));
+            self.unread.tell_once(&name, format!("{what} {name}"));
         }
         for (name, target) in self.file.links()? {
             let what = format!("the link {name} to {target}");

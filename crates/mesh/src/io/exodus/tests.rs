@@ -1,4 +1,5 @@
-use super::{FORMAT, times};
+use super::FORMAT;
+use super::read::times;
 use crate::field::GlobalArray;
 use crate::io::netcdf::{Attribute, Writer};
 use crate::io::polytopes::FACES;
@@ -96,7 +97,7 @@ fn groups_sets_numbers_and_times_come_back() {
         times(&path, &std::fs::read(&path).unwrap()).unwrap(),
         [0.5, 2.0]
     );
-    let mut series = io::Series::open(&path, None).unwrap();
+    let mut series = io::Series::open(&path).unwrap();
     assert_eq!(series.times, [Some(0.5), Some(2.0)]);
     let last = series.read(1, None).unwrap();
     assert_eq!(last.on_cells[0].values, [9.0]);

@@ -4,7 +4,7 @@ mod plan;
 
 use std::collections::HashSet;
 
-use super::{FORMAT, cells};
+use super::cells;
 use crate::error::Result;
 use crate::field::{GlobalArray, GlobalValues};
 use crate::io::loss::Losses;
@@ -39,8 +39,13 @@ struct Block<'a> {
 }
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, whole) = (job.path, job.mesh, job.whole);
-    let (options, mut losses) = (job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        whole,
+        mut losses,
+        ..
+    } = job;
     let dimension = dimension(mesh);
     let plan = plan::plan(mesh, dimension, &mut losses)?;
     let mut numbers = vec![0; mesh.cell_count()];
@@ -99,9 +104,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     write_numbers(&mut out, mesh, &plan, &mut losses);
     write_fields(&mut out, &plan, &steps, width, &mut losses);
     write_whole(&mut out, whole, times.len(), width, &mut losses);
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    out.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || out.save(path))
 }
 
 /// The fewest coordinates that hold the mesh.

@@ -17,7 +17,7 @@ use hdf5_reader::symbol_table::SymbolTableNode;
 use super::{Data, Group};
 use crate::cancel;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 
 impl Group {
     /// Adds everything below that has not been read, by the name that `name` makes of its path; without one it is harmless, and
@@ -32,13 +32,16 @@ impl Group {
         let told: HashSet<String> = unread.iter().map(|one| one.name.clone()).collect();
         for (path, target) in left {
             if let Some(name) = name(&path).filter(|name| !told.contains(name)) {
-                unread.push(match target {
+                match target {
                     None => {
                         let what = format!("the data set {path}, which has no place in a mesh");
-                        Unread::new(name, what)
+                        unread.tell(name, what);
                     }
-                    Some(target) => Unread::outside(name, format!("the link {path} to {target}")),
-                });
+                    Some(target) => {
+                        let what = format!("the link {path} to {target}");
+                        unread.push(Unread::outside(name, what));
+                    }
+                }
             }
         }
         Ok(())

@@ -84,7 +84,7 @@ fn groups_fields_and_times_come_back() {
         for name in ["u", "p"] {
             assert_eq!(values(&back, name), values(&mesh, name), "{format} {name}");
         }
-        let mut series = Series::open(&path, None).unwrap();
+        let mut series = Series::open(&path).unwrap();
         assert_eq!(series.times, [Some(0.5), Some(2.0)], "{format}");
         let last = series.read(1, None).unwrap();
         let p = last

@@ -8,7 +8,7 @@ mod cells;
 mod read;
 mod write;
 
-use super::Native;
+use super::{Native, Read};
 
 pub static FORMAT: Native = Native {
     title: "MED",
@@ -18,6 +18,6 @@ pub static FORMAT: Native = Native {
     holds_whole: false,
     // What is HDF5 is known by its root.
     recognises: |_| false,
-    read: read::read,
+    read: Read::Views(read::read),
     write: write::write,
 };

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::cells;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::hdf5::{self, Data, Group};
 use crate::io::raw::{self, Nodes};
 use crate::io::sets::Sets;
@@ -51,13 +51,13 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         mesh: name.clone(),
         sets: Sets::default(),
         cells: BTreeMap::new(),
-        unread: meshes
-            .iter()
-            .skip(1)
-            .map(|(name, _)| Unread::new(name, format!("the mesh {name:?}, a further one")))
-            .collect(),
+        unread: Vec::new(),
         file,
     };
+    for (name, _) in meshes.iter().skip(1) {
+        let what = format!("the mesh {name:?}, a further one");
+        reader.unread.tell(name, what);
+    }
     if mesh.number("TYP").is_some_and(|kind| kind == 1.0) {
         return Err(mesh.refuse("this is a structured mesh of MED, which is not read"));
     }
@@ -75,10 +75,9 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     };
     let others = of_steps.len().saturating_sub(1);
     if others > 0 {
-        reader.unread.push(Unread::new(
-            "steps",
-            format!("{others} further steps of the mesh"),
-        ));
+        reader
+            .unread
+            .tell("steps", format!("{others} further steps of the mesh"));
     }
     let families = reader.families()?;
     let of_nodes = reader.nodes(at, mesh)?;
@@ -98,7 +97,6 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let (mesh, warnings) = reader.sets.finish();
     Ok(Content {
         mesh,
-        format: "med".into(),
         version: Some(version.join(".")),
         encoding: "binary-little".into(),
         warnings,
@@ -269,10 +267,10 @@ impl Reader {
                     }
                 }
                 None => {
-                    self.unread.push(Unread::new(
+                    self.unread.tell(
                         &*name,
                         format!("the cells {name}, of a kind that is not read"),
-                    ));
+                    );
                     continue;
                 }
             }
@@ -331,10 +329,10 @@ impl Reader {
         for (name, field) in all {
             let components = field.number("NCO").map_or(1, |n| n as usize).max(1);
             if field.text("MAI").is_some_and(|mesh| mesh != self.mesh) {
-                self.unread.push(Unread::new(
+                self.unread.tell(
                     &*name,
                     format!("the field {name:?}, which is on another mesh"),
-                ));
+                );
                 continue;
             }
             let mut steps = field.groups()?;
@@ -364,7 +362,7 @@ impl Reader {
                 Some(("NOE" | "NOM", kind)) => (Support::CellPoints, Some(kind)),
                 _ => {
                     self.unread
-                        .push(Unread::new(name, format!("the field {name:?} on {place}")));
+                        .tell(name, format!("the field {name:?} on {place}"));
                     continue;
                 }
             };
@@ -376,7 +374,7 @@ impl Reader {
             };
             let Some((range, kind)) = range else {
                 self.unread
-                    .push(Unread::new(name, format!("the field {name:?} on {place}")));
+                    .tell(name, format!("the field {name:?} on {place}"));
                 continue;
             };
             for (profile, values) in support.groups()? {
@@ -390,10 +388,10 @@ impl Reader {
                     1
                 };
                 if gauss != per {
-                    self.unread.push(Unread::new(
+                    self.unread.tell(
                         name,
                         format!("the field {name:?} on {place}, with {gauss} values in a cell"),
-                    ));
+                    );
                     continue;
                 }
                 let items = self.profile(&profile, &range)?;
@@ -427,10 +425,10 @@ impl Reader {
                 .flat_map(|(at, _)| at.iter().copied())
                 .collect();
             if !at.is_sorted_by(|a, b| a < b) {
-                self.unread.push(Unread::new(
+                self.unread.tell(
                     name,
                     format!("the field {name:?} on {on} in parts that overlap"),
-                ));
+                );
                 continue;
             }
             let values = parts.into_iter().flat_map(|(_, values)| values).collect();

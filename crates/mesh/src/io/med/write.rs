@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::{FORMAT, cells};
+use super::cells;
 use crate::error::Result;
 use crate::io::hdf5::write::{Data, Group};
 use crate::io::loss::Losses;
@@ -18,7 +18,12 @@ const MESH: &str = "mesh";
 const NO_STEP: i64 = -1;
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        mut losses,
+        ..
+    } = job;
     losses.note_gmsh(mesh);
     let kinds = of_kinds(mesh, &mut losses);
     let families = Families::of(mesh, &mut losses);
@@ -96,9 +101,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     }
     families.write(&mut file);
     write_fields(&mut file, mesh, &kinds, &mut losses);
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    file.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || file.save(path))
 }
 
 fn sized(data: Data<'_>, count: usize) -> Data<'_> {
@@ -311,10 +314,7 @@ fn write_fields<'a>(
             Support::Points => {
                 let partial = !field.at.is_empty();
                 if partial {
-                    losses.note(format!(
-                        "the field {:?} is NaN on the points that lack it",
-                        field.name
-                    ));
+                    losses.note_gaps(&field.name, field.on);
                 }
                 let count = mesh.points.len();
                 add_values(
@@ -340,10 +340,7 @@ fn write_fields<'a>(
                         continue;
                     }
                     if there < cells.len() {
-                        losses.note(format!(
-                            "the field {:?} is NaN on the {kind} that lack it",
-                            field.name
-                        ));
+                        losses.note_gaps(&field.name, kind);
                     }
                     let count = cells.len();
                     let shape = vec![count * width];

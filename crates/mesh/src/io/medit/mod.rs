@@ -9,8 +9,8 @@ mod sections;
 pub mod sol;
 mod write;
 
-use super::Native;
 use super::elements::ELEMENTS;
+use super::{Native, Read};
 use crate::mesh::CellKind;
 
 pub static FORMAT: Native = Native {
@@ -20,7 +20,7 @@ pub static FORMAT: Native = Native {
     has_binary: true,
     holds_whole: false,
     recognises: sections::recognises,
-    read: read::read,
+    read: Read::Once(read::read),
     write: write::write,
 };
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::sections::Sections;
 use super::{NAME, SWAPPED, cells};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::Content;
 use crate::io::labels::Rows;
 use crate::io::scan::Numbers;
@@ -46,9 +46,8 @@ const GEOMETRY: [&str; 5] = [
 pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut sections = Sections::new(path, bytes)?;
     let mut content = Content {
-        format: "medit".into(),
         version: Some(sections.version.to_string()),
-        encoding: sections.encoding().into(),
+        encoding: sections.scan.numbers.encoding(),
         ..Content::default()
     };
     let mut rows = Rows::default();
@@ -87,9 +86,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
                 sections.skip()?;
             }
             (other, None) => {
-                content
-                    .unread
-                    .push(Unread::new(other, format!("the section {other}")));
+                content.unread.tell(other, format!("the section {other}"));
                 sections.skip()?;
             }
         }

@@ -195,13 +195,4 @@ impl<'a> Sections<'a> {
         let binary = scan.row_bytes(ints, reals);
         scan.believe(declared, of, scan.least(2 * (ints + reals), binary))
     }
-
-    /// `ascii`, `binary-little` or `binary-big`.
-    pub fn encoding(&self) -> &'static str {
-        match self.scan.numbers {
-            Numbers::Ascii => "ascii",
-            Numbers::Little => "binary-little",
-            Numbers::Big => "binary-big",
-        }
-    }
 }

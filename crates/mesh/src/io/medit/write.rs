@@ -1,7 +1,7 @@
 //! Writes meshes, as text or in binary.
 
 use super::binary::Binary;
-use super::{FORMAT, NAME, SWAPPED, cells, sol};
+use super::{NAME, SWAPPED, cells, sol};
 use crate::error::Result;
 use crate::io::Job;
 use crate::io::labels::Labels;
@@ -13,7 +13,13 @@ use crate::mesh::{CellKind, Mesh};
 /// Writes a mesh, with two coordinates if it lies in the plane z = 0; in binary if asked to, or by the suffix `.meshb`. Fields
 /// are in a separate file next to it.
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        options,
+        mut losses,
+        ..
+    } = job;
     let mut labels = Labels::of_cells(mesh, &mut losses);
     let held =
         |kind: CellKind| cells().any(|(.., known)| known == kind) || kind == CellKind::Vertex;
@@ -37,12 +43,12 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     } else {
         write_text(&mut out, &labels, mesh, dimension, &mut losses);
     }
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    if let Some((path, values)) = values {
-        values.save(&path)?;
-    }
-    out.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || {
+        if let Some((path, values)) = values {
+            values.save(&path)?;
+        }
+        out.save(path)
+    })
 }
 
 /// Where each node of a cell in Medit's order is in ours.

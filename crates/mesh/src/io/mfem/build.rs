@@ -6,7 +6,7 @@ use super::Raw;
 use super::broken::broken;
 use super::nodes::{Nodes, quadratic};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::builder::{Builder, Numbering};
 use crate::io::scan::Scan;
 use crate::mesh::{CellKind, Mesh};
@@ -20,10 +20,10 @@ impl Raw {
         let order = self.nodes.as_ref().map_or(1, |nodes| nodes.order());
         let lost =
             |unread: &mut Vec<Unread>, nodes: &Nodes| {
-                unread.push(Unread::new("nodes", format!(
+                unread.tell("nodes", format!(
                 "how the cells are curved, which is of {}: they are read with straight sides",
                 nodes.collection
-            )));
+            ));
             };
         let mut builder = Builder::default();
         let all = std::mem::take(&mut self.elements);

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::scan::Scan;
-use super::{Content, Native, read_only};
+use super::{Content, Native, Read, read_only};
 use crate::error::Result;
 use crate::mesh::CellKind;
 use nodes::Nodes;
@@ -25,7 +25,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises: |bytes| bytes.trim_ascii_start().starts_with(b"MFEM "),
-    read,
+    read: Read::Once(read),
     write: read_only,
 };
 
@@ -65,9 +65,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let title = String::from_utf8_lossy(title.trim_ascii()).into_owned();
     let (kind, version) = title.rsplit_once(" v").unwrap_or((&title, ""));
     let mut content = Content {
-        format: "mfem".into(),
         version: Some(version.to_owned()),
-        encoding: "ascii".into(),
         ..Content::default()
     };
     let non_conforming = match kind {

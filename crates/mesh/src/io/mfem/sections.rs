@@ -3,7 +3,7 @@
 use super::nodes::Nodes;
 use super::{Element, Raw, Set};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::Content;
 use crate::io::scan::Scan;
 use crate::mesh::CellKind;
@@ -49,9 +49,7 @@ impl Raw {
                         "root_state" | "coarse_elements" | "vertex_parents" => {
                             content.warnings.push(format!("{other} was skipped"));
                         }
-                        _ => content
-                            .unread
-                            .push(Unread::new(other, format!("the section {other}"))),
+                        _ => content.unread.tell(other, format!("the section {other}")),
                     }
                     while scan
                         .peek()

@@ -2,7 +2,7 @@
 
 use super::layout::Reader;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{Field, Support, Values};
 
@@ -74,13 +74,13 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         } else {
             "elements"
         };
-        content.unread.push(Unread::new(
+        content.unread.tell(
             &head.name,
             format!(
                 "{missing} rows of the field {:?}, of {what} that are not in the file",
                 head.name
             ),
-        ));
+        );
     }
     if !order.is_sorted_by(|a, b| a.0 < b.0) {
         order.sort_by_key(|row| row.0);
@@ -103,10 +103,10 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         order.iter().map(|row| row.0).collect()
     };
     if order.is_empty() && all > 0 {
-        content.unread.push(Unread::new(
+        content.unread.tell(
             &head.name,
             format!("the field {:?}, which has no values", head.name),
-        ));
+        );
         return Ok(());
     }
     builder.mesh.fields.push(Field {
@@ -143,10 +143,7 @@ fn head(scan: &mut Scan<'_>, unread: &mut Vec<Unread>) -> Result<FieldHead> {
                 .and_then(|name| name.strip_suffix('"'));
             name = bare.unwrap_or(&line).to_owned();
         } else {
-            unread.push(Unread::new(
-                &name,
-                format!("the text {line} of field {name:?}"),
-            ));
+            unread.tell(&name, format!("the text {line} of field {name:?}"));
         }
     }
     let reals = scan.count("numbers", 2)?;
@@ -157,10 +154,10 @@ fn head(scan: &mut Scan<'_>, unread: &mut Vec<Unread>) -> Result<FieldHead> {
         return Err(scan.error("step, number of components and number of rows are missing"));
     };
     if more.iter().any(|&value| value != 0) || reals.len() > 1 {
-        unread.push(Unread::new(
+        unread.tell(
             &name,
             format!("the partition and further numbers of field {name:?}"),
-        ));
+        );
     }
     if numbers != Numbers::Ascii {
         scan.line();

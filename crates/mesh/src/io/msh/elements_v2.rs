@@ -5,7 +5,7 @@ use super::layout::{Layout, Reader};
 use super::nodes_v2::text_count;
 use super::tags_v2::Tags;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::builder::{Builder, no_such_node};
 use crate::io::rows::append;
 use crate::io::scan::{Numbers, Scan};
@@ -71,19 +71,19 @@ pub fn elements(reader: &mut Reader<'_>, layout: Layout) -> Result<()> {
         }
     }
     if tags.odd > 0 {
-        content.unread.push(Unread::new(
+        content.unread.tell(
             "element tags",
             format!(
                 "the third and later tags of {} elements, which are not partitions",
                 tags.odd
             ),
-        ));
+        );
     }
     let mixed = builder.reverse_groups(&tags.reversed);
     if mixed > 0 {
-        content.unread.push(Unread::new("minus signs", format!(
+        content.unread.tell("minus signs", format!(
             "the minus signs, which mark reversed elements, of the groups of {mixed} elements on entities whose other elements have none"
-        )));
+        ));
     }
     builder.finish_cells(scan)
 }

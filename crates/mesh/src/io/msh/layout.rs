@@ -2,7 +2,7 @@
 
 use crate::io::Content;
 use crate::io::builder::Builder;
-use crate::io::scan::Scan;
+use crate::io::scan::{Numbers, Scan};
 
 /// The layouts of the versions that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -21,6 +21,8 @@ pub enum Layout {
 pub struct Reader<'a> {
     pub scan: Scan<'a>,
     pub layout: Option<Layout>,
+    /// How the numbers of the file are written, but for the sections that are text in all files.
+    pub numbers: Numbers,
     pub version: String,
     pub builder: Builder,
     pub content: Content,

@@ -21,8 +21,8 @@ mod writer;
 pub use read::read;
 pub use write::{Version, to_bytes};
 
-use super::Native;
 use super::recognise::begins;
+use super::{Native, Read};
 
 /// The format MSH.
 pub static FORMAT: Native = Native {
@@ -32,7 +32,7 @@ pub static FORMAT: Native = Native {
     has_binary: true,
     holds_whole: false,
     recognises,
-    read,
+    read: Read::Views(read),
     write: write::write,
 };
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::layout::{Layout, Reader};
 use super::{data, elements_v2, entities, nodes_v2, v3, v4};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::Content;
 use crate::io::builder::Builder;
 use crate::io::scan::{Numbers, Scan};
@@ -19,6 +19,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut reader = Reader {
         scan: Scan::new(path, bytes),
         layout: None,
+        numbers: Numbers::Ascii,
         version: "1.0".into(),
         builder: Builder::default(),
         content: Content::default(),
@@ -71,9 +72,9 @@ impl<'a> Reader<'a> {
             ("$MeshFormat", None) => self.format()?,
             ("$MeshFormat", Some(layout)) => {
                 // Gmsh writes it again before the fields that it appends to a file.
-                let encoding = std::mem::take(&mut self.content.encoding);
+                let numbers = self.numbers;
                 self.format()?;
-                if (self.layout, &self.content.encoding) != (Some(layout), &encoding) {
+                if (self.layout, self.numbers) != (Some(layout), numbers) {
                     return Err(self.scan.error("the format appears twice and differs"));
                 }
             }
@@ -122,7 +123,7 @@ impl<'a> Reader<'a> {
             _ => {
                 self.content
                     .unread
-                    .push(Unread::new(&name, format!("the section {name}")));
+                    .tell(&name, format!("the section {name}"));
                 self.skip(&end)?;
             }
         }
@@ -136,7 +137,7 @@ impl<'a> Reader<'a> {
         }
         self.scan.word();
         self.scan.numbers = if name == "$MeshFormat" {
-            self.content_numbers()
+            self.numbers
         } else {
             numbers
         };
@@ -161,21 +162,13 @@ impl<'a> Reader<'a> {
         let found = next.is_some_and(|next| next.starts_with(end.as_bytes()));
         if found && !word.starts_with('$') {
             let section = &self.scan.section;
-            self.content.unread.push(Unread::new(
+            self.content.unread.tell(
                 section,
                 format!("what {section} has beyond the number of rows that it declares"),
-            ));
+            );
             self.scan.seek(end.as_bytes());
         }
         found
-    }
-
-    fn content_numbers(&self) -> Numbers {
-        match self.content.encoding.as_str() {
-            "binary-little" => Numbers::Little,
-            "binary-big" => Numbers::Big,
-            _ => Numbers::Ascii,
-        }
     }
 
     /// Moves to the end of a section whose content is not read.
@@ -219,12 +212,11 @@ impl<'a> Reader<'a> {
         let size = self.scan.i32()?;
         let more = String::from_utf8_lossy(self.scan.line().trim_ascii()).into_owned();
         if !more.is_empty() {
-            self.content.unread.push(Unread::new(
-                "$MeshFormat",
-                format!("{more:?} behind the version"),
-            ));
+            self.content
+                .unread
+                .tell("$MeshFormat", format!("{more:?} behind the version"));
         }
-        self.content.encoding = "ascii".into();
+        self.numbers = Numbers::Ascii;
         if binary {
             if size != 8 {
                 return Err(self.scan.error_with(
@@ -238,9 +230,9 @@ impl<'a> Reader<'a> {
                     "save the mesh as MSH 4.1 or 2.2",
                 ));
             }
-            self.content.encoding = match self.scan.bytes(1, 4)? {
-                [1, 0, 0, 0] => "binary-little".into(),
-                [0, 0, 0, 1] => "binary-big".into(),
+            self.numbers = match self.scan.bytes(1, 4)? {
+                [1, 0, 0, 0] => Numbers::Little,
+                [0, 0, 0, 1] => Numbers::Big,
                 _ => {
                     return Err(self
                         .scan
@@ -293,17 +285,16 @@ impl<'a> Reader<'a> {
                 .trim()
                 .to_owned();
             if !more.is_empty() {
-                self.content.unread.push(Unread::new(
-                    &name,
-                    format!("{more:?} behind the name {name:?}"),
-                ));
+                self.content
+                    .unread
+                    .tell(&name, format!("{more:?} behind the name {name:?}"));
             }
             let kept = self.builder.name(dim, i64::from(tag), name.clone());
             if kept != name {
-                self.content.unread.push(Unread::new(
+                self.content.unread.tell(
                     &name,
                     format!("the name {name:?} of group {tag}, which is called {kept:?} already"),
-                ));
+                );
             }
             self.scan.line();
         }
@@ -318,11 +309,8 @@ impl<'a> Reader<'a> {
         if !self.builder.elements_seen {
             return Err(self.scan.error("the file has no elements"));
         }
-        self.content.format = "msh".into();
         self.content.version = Some(self.version);
-        if self.content.encoding.is_empty() {
-            self.content.encoding = "ascii".into();
-        }
+        self.content.encoding = self.numbers.encoding();
         self.content.mesh = self.builder.finish();
         Ok(self.content)
     }

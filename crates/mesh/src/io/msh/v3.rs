@@ -4,7 +4,7 @@ use super::elements_v2::unknown_type;
 use super::layout::Reader;
 use super::nodes_v2::text_count;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::builder::{Numbering, no_such_node};
 use crate::mesh::{CellKind, Entity};
 
@@ -52,10 +52,10 @@ pub fn nodes(reader: &mut Reader<'_>) -> Result<()> {
         lying += usize::from(more.trim_ascii() != b"0");
     }
     if lying > 0 {
-        content.unread.push(Unread::new(
+        content.unread.tell(
             "entities of nodes",
             format!("the entities that {lying} nodes lie on"),
-        ));
+        );
     }
     builder.finish_points(scan, tags)
 }
@@ -107,10 +107,10 @@ pub fn elements(reader: &mut Reader<'_>) -> Result<()> {
         builder.appended(1, kind.dim(), groups);
     }
     if parts > 0 {
-        content.unread.push(Unread::new(
+        content.unread.tell(
             "parts of elements",
             format!("which elements {parts} others are parts of"),
-        ));
+        );
     }
     builder.points = Some(points);
     builder.finish_cells(scan)

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::writer::Writer;
 use super::{write_v2, write_v4};
 use crate::error::Result;
+use crate::io::loss::Losses;
 use crate::io::out::Out;
 use crate::io::{Job, Options};
 use crate::mesh::Mesh;
@@ -25,9 +26,8 @@ pub enum Version {
 /// The mesh is not sound, the version cannot hold it, or the file cannot be written.
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let path = job.path;
-    let (out, warnings) = encode(job, Out::to(path)?)?;
-    out.save(path)?;
-    Ok(warnings)
+    let (out, losses) = encode(job, Out::to(path)?)?;
+    losses.settle(path, || out.save(path))
 }
 
 /// The bytes that `write` writes; `path` is only for messages.
@@ -36,26 +36,25 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
 /// The mesh is not sound, or the version cannot hold it.
 pub fn to_bytes(path: &Path, mesh: &Mesh, options: &Options) -> Result<(Vec<u8>, Vec<String>)> {
     let job = Job::new(path, mesh, &[], options)?;
-    encode(job, Out::default()).map(|(out, warnings)| (out.bytes, warnings))
+    let (out, losses) = encode(job, Out::default())?;
+    Ok((out.bytes, losses.settle(path, || Ok(()))?))
 }
 
-fn encode(job: Job<'_>, out: Out) -> Result<(Out, Vec<String>)> {
+fn encode(job: Job<'_>, out: Out) -> Result<(Out, Losses)> {
     job.refuse_kinds_beyond_gmsh("MSH")?;
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
-    let writer = Writer::new(mesh, options.binary, out);
+    let (options, mut losses) = (job.options, job.losses);
+    let writer = Writer::new(job.mesh, options.binary, out);
     if writer.split > 0 {
         losses.note(format!(
             "{} entities with cells of different groups were split",
             writer.split
         ));
     }
-    let out = match options.msh_version {
-        Version::V22 => write_v2::encode(writer, &mut losses),
-        Version::V41 => write_v4::encode(writer, &mut losses),
+    let (name, encode): (_, fn(Writer<'_>, &mut Losses) -> Out) = match options.msh_version {
+        Version::V22 => ("MSH 2.2", write_v2::encode),
+        Version::V41 => ("MSH 4.1", write_v4::encode),
     };
-    let name = match options.msh_version {
-        Version::V22 => "MSH 2.2",
-        Version::V41 => "MSH 4.1",
-    };
-    Ok((out, losses.settle(path, name, options.lossy)?))
+    let out = encode(writer, &mut losses);
+    losses.title = name.into();
+    Ok((out, losses))
 }

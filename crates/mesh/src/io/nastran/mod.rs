@@ -5,7 +5,7 @@ mod build;
 mod card;
 mod read;
 
-use super::{Native, meshio};
+use super::{Native, Read, meshio};
 use crate::mesh::CellKind;
 
 pub static FORMAT: Native = Native {
@@ -15,7 +15,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises,
-    read: read::read,
+    read: Read::Once(read::read),
     write: |job| meshio::write(job, "nastran"),
 };
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::CARDS;
 use super::card::{Card, fields};
 use crate::error::{Error, Result};
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::Content;
 use crate::io::out::folder_of;
 use crate::io::scan::Scan;
@@ -80,15 +80,12 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         .map(|(name, count)| format!("{count} {name}"))
         .collect();
     if !others.is_empty() {
-        reader.unread.push(Unread::new(
-            "cards",
-            format!("the cards {}", others.join(", ")),
-        ));
+        reader
+            .unread
+            .tell("cards", format!("the cards {}", others.join(", ")));
     }
     Ok(Content {
         mesh: reader.build(&Scan::new(path, bytes))?,
-        format: "nastran".into(),
-        encoding: "ascii".into(),
         warnings: reader.warnings,
         unread: reader.unread,
         ..Content::default()

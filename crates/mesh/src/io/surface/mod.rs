@@ -9,7 +9,8 @@ pub mod stl;
 
 use super::Content;
 use super::builder::Builder;
-use crate::field::Unread;
+use super::scan::Numbers;
+use crate::field::{Tell, Unread};
 use crate::mesh::CellKind;
 
 /// Cells of a surface, and how many polygons without corners are none.
@@ -38,17 +39,16 @@ impl Surface {
         Some(self.builder.cell(kind, points, number, 0))
     }
 
-    fn content(mut self, format: &str, encoding: &str) -> Content {
+    fn content(mut self, numbers: Numbers) -> Content {
         if self.others > 0 {
-            self.unread.push(Unread::new(
+            self.unread.tell(
                 "polygons",
                 format!("{} polygons without corners", self.others),
-            ));
+            );
         }
         Content {
             mesh: self.builder.finish(),
-            format: format.into(),
-            encoding: encoding.into(),
+            encoding: numbers.encoding(),
             unread: self.unread,
             ..Content::default()
         }

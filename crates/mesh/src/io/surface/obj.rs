@@ -5,9 +5,9 @@ use std::path::Path;
 
 use super::Surface;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::scan::Scan;
-use crate::io::{Content, Native, meshio};
+use crate::io::{Content, Native, Read, meshio};
 
 pub static FORMAT: Native = Native {
     title: "OBJ",
@@ -16,7 +16,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises: is_obj,
-    read,
+    read: Read::Once(read),
     write: |job| meshio::write(job, "obj"),
 };
 
@@ -128,8 +128,8 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     }
     let mut others: Vec<(String, usize)> = others.into_iter().collect();
     others.sort();
-    let others = others.into_iter();
-    let others = others.map(|(word, n)| Unread::new(&word, format!("{n} lines of {word}")));
-    surface.unread.extend(others);
-    Ok(surface.content("obj", "ascii"))
+    for (word, n) in others {
+        surface.unread.tell(&word, format!("{n} lines of {word}"));
+    }
+    Ok(surface.content(scan.numbers))
 }

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::Surface;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::scan::Scan;
-use crate::io::{Content, Native, meshio};
+use crate::io::{Content, Native, Read, meshio};
 
 pub static FORMAT: Native = Native {
     title: "OFF",
@@ -15,7 +15,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises: |bytes| off_head(bytes).is_some(),
-    read,
+    read: Read::Once(read),
     write: |job| meshio::write(job, "off"),
 };
 
@@ -56,12 +56,12 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         surface.polygon(&corners);
     }
     if more > 0 {
-        surface.unread.push(Unread::new(
+        surface.unread.tell(
             "colours",
             format!("colours or normals of {more} points and faces"),
-        ));
+        );
     }
-    Ok(surface.content("off", "ascii"))
+    Ok(surface.content(scan.numbers))
 }
 
 /// Moves to the next line; whether nothing but a comment was left.

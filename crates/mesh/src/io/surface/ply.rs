@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::Surface;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::scalar::Number;
 use crate::io::scan::{Numbers, Scan};
-use crate::io::{Content, Native, meshio};
+use crate::io::{Content, Native, Read, meshio};
 use crate::mesh::{Field, Support, Values};
 
 pub static FORMAT: Native = Native {
@@ -17,7 +17,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises: |bytes| bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r"),
-    read,
+    read: Read::Once(read),
     write: |job| meshio::write(job, "ply"),
 };
 
@@ -46,7 +46,7 @@ fn read_number(of: Number, scan: &mut Scan<'_>) -> Result<f64> {
 fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut scan = Scan::new(path, bytes);
     let mut elements: Vec<(String, u64, Vec<Property>)> = Vec::new();
-    let mut encoding = "ascii";
+    let mut numbers = Numbers::Ascii;
     loop {
         let Some(row) = scan.row() else {
             return Err(scan.error("end_header is missing"));
@@ -60,9 +60,9 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         let unknown = || row.error(format!("{text:?} is not a line of a header"));
         match words.as_slice() {
             ["end_header"] => break,
-            ["format", "ascii", _] => encoding = "ascii",
-            ["format", "binary_little_endian", _] => encoding = "binary-little",
-            ["format", "binary_big_endian", _] => encoding = "binary-big",
+            ["format", "ascii", _] => numbers = Numbers::Ascii,
+            ["format", "binary_little_endian", _] => numbers = Numbers::Little,
+            ["format", "binary_big_endian", _] => numbers = Numbers::Big,
             ["element", name, count] => elements.push((
                 (*name).to_owned(),
                 count.parse().map_err(|_| unknown())?,
@@ -83,11 +83,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             _ => return Err(unknown()),
         }
     }
-    scan.numbers = match encoding {
-        "binary-little" => Numbers::Little,
-        "binary-big" => Numbers::Big,
-        _ => Numbers::Ascii,
-    };
+    scan.numbers = numbers;
     let mut surface = Surface::default();
     for (name, declared, properties) in elements {
         scan.section.clone_from(&name);
@@ -167,7 +163,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         if lists > 0 {
             surface
                 .unread
-                .push(Unread::new(&name, format!("{lists} lists of {name}")));
+                .tell(&name, format!("{lists} lists of {name}"));
         }
         let on = match name.as_str() {
             "vertex" => Support::Points,
@@ -175,7 +171,7 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             other => {
                 surface
                     .unread
-                    .push(Unread::new(other, format!("{rows} rows of {other}")));
+                    .tell(other, format!("{rows} rows of {other}"));
                 continue;
             }
         };
@@ -201,5 +197,5 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     fields
         .filter(|field| field.on == Support::Cells && field.at.len() == count)
         .for_each(|field| field.at.clear());
-    Ok(surface.content("ply", encoding))
+    Ok(surface.content(numbers))
 }

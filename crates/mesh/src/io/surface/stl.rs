@@ -5,10 +5,10 @@ use std::path::Path;
 
 use super::Surface;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::recognise::{begins, head_has};
 use crate::io::scan::{Numbers, Scan};
-use crate::io::{Content, Native, meshio};
+use crate::io::{Content, Native, Read, meshio};
 
 pub static FORMAT: Native = Native {
     title: "STL",
@@ -19,7 +19,7 @@ pub static FORMAT: Native = Native {
     recognises: |bytes| {
         is_binary_stl(bytes) || (begins(bytes, "solid") && head_has(bytes, "facet"))
     },
-    read,
+    read: Read::Once(read),
     write: |job| meshio::write(job, "stl"),
 };
 
@@ -59,12 +59,12 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             surface.polygon(&corners);
         }
         if marked > 0 {
-            surface.unread.push(Unread::new(
+            surface.unread.tell(
                 "attributes",
                 format!("the attributes of {marked} triangles"),
-            ));
+            );
         }
-        return Ok(surface.content("stl", "binary-little"));
+        return Ok(surface.content(scan.numbers));
     }
     let (mut name, mut corners, mut ended) = (String::new(), Vec::new(), false);
     let mut solid = Vec::new();
@@ -101,5 +101,5 @@ fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     if !ended || !corners.is_empty() {
         return Err(scan.error("endsolid is missing"));
     }
-    Ok(surface.content("stl", "ascii"))
+    Ok(surface.content(scan.numbers))
 }

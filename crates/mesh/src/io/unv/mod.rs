@@ -6,7 +6,7 @@ mod read;
 mod results;
 mod write;
 
-use super::Native;
+use super::{Native, Read};
 
 pub static FORMAT: Native = Native {
     title: "UNV",
@@ -15,7 +15,7 @@ pub static FORMAT: Native = Native {
     has_binary: false,
     holds_whole: false,
     recognises,
-    read: read::read,
+    read: Read::Once(read::read),
     write: write::write,
 };
 

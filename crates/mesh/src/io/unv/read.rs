@@ -6,7 +6,7 @@ use std::path::Path;
 use super::elements;
 use super::results;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::Content;
 use crate::io::builder::{Builder, Lookup, Numbering, points_in_order};
 use crate::io::scan::Scan;
@@ -98,15 +98,12 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         }
     }
     for number in others {
-        reader.unread.push(Unread::new(
-            format!("dataset {number}"),
-            format!("the dataset {number}"),
-        ));
+        reader
+            .unread
+            .tell(format!("dataset {number}"), format!("the dataset {number}"));
     }
     Ok(Content {
         mesh: reader.builder.finish(),
-        format: "unv".into(),
-        encoding: "ascii".into(),
         warnings: reader.warnings,
         unread: reader.unread,
         ..Content::default()
@@ -233,10 +230,10 @@ impl<'a> Reader<'a> {
             others += usize::from(kind != 0 || rows != usual);
         }
         if others > 0 {
-            self.unread.push(Unread::new(
+            self.unread.tell(
                 "coordinate systems",
                 format!("{others} local coordinate systems: coordinates are taken as they stand"),
-            ));
+            );
         }
         Ok(())
     }
@@ -277,10 +274,10 @@ impl<'a> Reader<'a> {
                 .push(marks.map(|mark| i32::try_from(mark).unwrap_or(0)));
         }
         for (descriptor, count) in unknown {
-            self.unread.push(Unread::new(
+            self.unread.tell(
                 "elements",
                 format!("the elements of type {descriptor} with {count} nodes"),
-            ));
+            );
         }
         Ok(())
     }
@@ -325,13 +322,13 @@ impl<'a> Reader<'a> {
                 }
             }
             if others > 0 {
-                self.unread.push(Unread::new(
+                self.unread.tell(
                     &group.name,
                     format!(
                         "{others} members of the group {:?} that are neither nodes nor elements",
                         group.name
                     ),
-                ));
+                );
             }
             self.groups.push(group);
         }
@@ -366,13 +363,13 @@ impl<'a> Reader<'a> {
                 }
             }
             if lost > 0 {
-                self.unread.push(Unread::new(
+                self.unread.tell(
                     &group.name,
                     format!(
                         "{lost} members of the group {:?}, which do not exist",
                         group.name
                     ),
-                ));
+                );
             }
             self.builder.numbered_set(group.name, group.number, members);
         }

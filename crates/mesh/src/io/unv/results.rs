@@ -2,7 +2,7 @@
 
 use super::read::Reader;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::mesh::{Field, Support, Values};
 
 /// Reads the results of one dataset.
@@ -59,10 +59,9 @@ pub fn read(reader: &mut Reader<'_>, dataset: u64) -> Result<()> {
         } else {
             "values neither at nodes nor on elements"
         };
-        reader.unread.push(Unread::new(
-            &name,
-            format!("the results {name:?}, which are {what}"),
-        ));
+        reader
+            .unread
+            .tell(&name, format!("the results {name:?}, which are {what}"));
         return Ok(());
     };
     let mut rows: Vec<(u32, Vec<f64>)> = Vec::new();
@@ -92,10 +91,10 @@ pub fn read(reader: &mut Reader<'_>, dataset: u64) -> Result<()> {
         }
     }
     if lost > 0 {
-        reader.unread.push(Unread::new(
+        reader.unread.tell(
             &name,
             format!("{lost} rows of the results {name:?}, of what does not exist"),
-        ));
+        );
     }
     rows.sort_by_key(|(at, _)| *at);
     if rows.windows(2).any(|pair| pair[0].0 == pair[1].0) {

@@ -1,6 +1,5 @@
 //! Writes nodes (2411), elements (2412), groups (2467) and results (2414). Groups of vertices become groups of nodes.
 
-use super::FORMAT;
 use super::elements::{is_beam, order};
 use crate::error::Result;
 use crate::io::loss::Losses;
@@ -9,7 +8,12 @@ use crate::io::{Job, elements};
 use crate::mesh::{CellKind, Field, Mesh, Support, Values};
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, options, mut losses) = (job.path, job.mesh, job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        mut losses,
+        ..
+    } = job;
     let mut out = Out::to(path)?;
     out.text("    -1\n  2411\n");
     for (point, number) in mesh.points.iter().zip(1u32..) {
@@ -60,9 +64,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
         result(&mut out, mesh, field, &mut losses);
     }
     losses.note_gmsh(mesh);
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    out.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || out.save(path))
 }
 
 fn descriptor(kind: CellKind) -> Option<u64> {

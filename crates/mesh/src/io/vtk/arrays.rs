@@ -3,7 +3,7 @@
 use super::numbers::{text, words};
 use super::read::Reader;
 use crate::error::Result;
-use crate::field::{GlobalArray, Unread};
+use crate::field::{GlobalArray, Tell};
 use crate::io::scan::{Numbers, Scan};
 use crate::mesh::{Field, Values};
 
@@ -44,10 +44,9 @@ impl Reader<'_> {
                 "unsigned_char"
             };
             self.plain(kind, 4 * count as u64)?;
-            self.out.unread.push(Unread::new(
-                &*name,
-                format!("the table {name:?} of colours"),
-            ));
+            self.out
+                .unread
+                .tell(&*name, format!("the table {name:?} of colours"));
             return Ok(());
         }
         let (kind, components) = match keyword {
@@ -135,10 +134,9 @@ impl Reader<'_> {
         found: usize,
     ) {
         let (Some(values), true) = (values, components > 0) else {
-            self.out.unread.push(Unread::new(
-                &*name,
-                format!("the array {name:?} of texts or of nothing"),
-            ));
+            self.out
+                .unread
+                .tell(&*name, format!("the array {name:?} of texts or of nothing"));
             return;
         };
         match self.on {
@@ -150,7 +148,7 @@ impl Reader<'_> {
                 let what = format!(
                     "the array {name:?}, which has {found} tuples where {tuples} are declared"
                 );
-                self.out.unread.push(Unread::new(&*name, what));
+                self.out.unread.tell(&*name, what);
             }
             Some((on, _)) => {
                 let field = Field::new(name, on, components, values);

@@ -14,8 +14,8 @@ mod numbers;
 mod read;
 mod write;
 
-use super::Native;
 use super::recognise::begins;
+use super::{Native, Read};
 
 pub static FORMAT: Native = Native {
     title: "VTK",
@@ -24,6 +24,6 @@ pub static FORMAT: Native = Native {
     has_binary: true,
     holds_whole: true,
     recognises: |bytes| begins(bytes, "# vtk DataFile"),
-    read: read::read,
+    read: Read::Once(read::read),
     write: write::write,
 };

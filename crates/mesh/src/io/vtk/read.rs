@@ -39,9 +39,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let version = words(scan.line()).last().map(text).unwrap_or_default();
     scan.line(); // a title
     let encoding = text(scan.line().trim_ascii());
-    let binary = match encoding.to_ascii_lowercase().as_str() {
-        "ascii" => false,
-        "binary" => true,
+    let numbers = match encoding.to_ascii_lowercase().as_str() {
+        "ascii" => Numbers::Ascii,
+        "binary" => Numbers::Big,
         _ => {
             return Err(scan.error(format!(
                 "the third line is {encoding:?}, neither ASCII nor BINARY"
@@ -50,7 +50,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     };
     let mut reader = Reader {
         scan,
-        numbers: if binary { Numbers::Big } else { Numbers::Ascii },
+        numbers,
         budget: Budget::of_file(bytes.len()),
         grid: None,
         points: Vec::new(),
@@ -79,7 +79,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let mut out = reader.out;
     restore_texts(&mut out.whole, &mut reader.budget);
     out.pieces.push(reader.piece);
-    out.encoding = if binary { "binary-big" } else { "ascii" }.into();
+    out.encoding = reader.numbers.encoding();
     out.content(path, "vtk", Some(version))
 }
 

@@ -6,9 +6,7 @@
 mod read;
 mod write;
 
-use super::Native;
-
-pub use read::{read_at, times};
+use super::{Native, Read};
 
 pub static FORMAT: Native = Native {
     title: "VTKHDF",
@@ -18,6 +16,9 @@ pub static FORMAT: Native = Native {
     holds_whole: true,
     // What is HDF5 is known by its root.
     recognises: |_| false,
-    read: read::read,
+    read: Read::Steps {
+        times: read::times,
+        at: read::read,
+    },
     write: write::write,
 };

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::field::{GlobalArray, Unread, to_i64};
+use crate::field::{GlobalArray, Tell, Unread, to_i64};
 use crate::io::Content;
 use crate::io::hdf5::{self, Data, Group};
 use crate::io::raw::RawNumbers;
@@ -69,13 +69,8 @@ pub fn times(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
     open(path, bytes)?.times()
 }
 
-/// Reads a file with its fields at all times at which the mesh is that of the first.
-pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
-    read_at(path, bytes, None)
-}
-
 /// Reads the mesh and fields of one time, or of all.
-pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
+pub fn read(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
     let mut reader = open(path, bytes)?;
     let times = reader.times()?;
     let first = times
@@ -115,13 +110,13 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
         }));
     }
     if others > 0 {
-        reader.unread.push(Unread::new(
+        reader.unread.tell(
             "times",
             format!(
                 "{others} of {} times, at which the mesh is another than at the first",
                 times.len()
             ),
-        ));
+        );
     }
     // Parts without cells have one offset all the same.
     let name = |path: &str| {
@@ -368,7 +363,8 @@ impl Reader {
         for name in group.names()?.1 {
             let data = group.needed(&name)?;
             if data.is_text() {
-                self.tell(&name, format!("the texts {name:?} on {on}"));
+                self.unread
+                    .tell_once(&name, format!("the texts {name:?} on {on}"));
                 continue;
             }
             let offsets = format!("{folder}Offsets/{name}");
@@ -377,13 +373,6 @@ impl Reader {
             arrays.push(Field::new(name, on, components, values));
         }
         Ok(arrays)
-    }
-
-    fn tell(&mut self, name: &str, what: String) {
-        let unread = Unread::new(name, what);
-        if !self.unread.contains(&unread) {
-            self.unread.push(unread);
-        }
     }
 
     fn whole(&mut self, step: usize) -> Result<Vec<GlobalArray>> {

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 
-use super::FORMAT;
 use crate::error::Result;
 use crate::io::Job;
 use crate::io::hdf5::write::{Data, Group};
@@ -14,8 +13,13 @@ use crate::io::vtu::write::{check_arrays, refuse};
 use crate::mesh::{CellKind, Field, Mesh, Support};
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, whole) = (job.path, job.mesh, job.whole);
-    let (options, mut losses) = (job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        whole,
+        mut losses,
+        ..
+    } = job;
     let has_steps = |field: &Field| {
         field.time.is_some() && matches!(field.on, Support::Points | Support::Cells)
     };
@@ -140,10 +144,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
                 _ => ("CellData", cells),
             };
             if field.on == Support::Cells && field.at().is_some() {
-                losses.note(format!(
-                    "the field {:?} is NaN on the cells that lack it",
-                    field.name
-                ));
+                losses.note_gaps(field.name, field.on);
             }
             let width = field.components;
             let shape = if width == 1 {
@@ -164,9 +165,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
                 .add(&member(field.name), offsets);
         }
     }
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    file.save(path)?;
-    Ok(warnings)
+    losses.settle(path, || file.save(path))
 }
 
 /// A name that HDF5 takes.

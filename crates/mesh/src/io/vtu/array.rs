@@ -7,7 +7,7 @@ use super::unpack::{Budget, Packing, Unpacked};
 use super::xml::{ArrayTag, Document};
 use crate::cancel;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::{Tell, Unread};
 use crate::io::raw::RawNumbers;
 use crate::io::scalar::{Number, Scalar, with_type};
 use crate::mesh::Values;
@@ -81,7 +81,7 @@ impl<'a> Decoder<'a> {
                     "the rest of the array {:?}, which has {there} numbers where the counts make {count}",
                     tag.name
                 );
-                self.unread.push(Unread::new(&tag.name, what));
+                self.unread.tell(&tag.name, what);
                 numbers.truncate(count as usize);
             }
         }

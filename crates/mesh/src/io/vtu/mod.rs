@@ -30,10 +30,10 @@ pub use cells::vtk_nodes;
 pub use write::write;
 
 use crate::error::{Error, Place, Result};
-use crate::field::{GlobalArray, Unread};
+use crate::field::{GlobalArray, Tell, Unread};
 use crate::file;
 use crate::io::recognise::begins;
-use crate::io::{Content, Job, Native, bytes};
+use crate::io::{Content, Job, Native, Read, bytes};
 use array::Decoder;
 use merge::Piece;
 use std::collections::HashSet;
@@ -100,7 +100,7 @@ pub static FORMAT: Native = Native {
     has_binary: true,
     holds_whole: true,
     recognises: |bytes| is_xml_of(bytes, &[Grid::Unstructured]),
-    read: from_bytes,
+    read: Read::Once(from_bytes),
     write: write_content,
 };
 
@@ -280,7 +280,7 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
                         "{:?} of the piece {source:?}, which differs from that of another",
                         array.name
                     );
-                    all.unread.push(Unread::new(&array.name, what));
+                    all.unread.tell(&array.name, what);
                 }
             }
         }

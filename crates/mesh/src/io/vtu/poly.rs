@@ -11,12 +11,12 @@ use std::borrow::Cow;
 
 /// Writes a mesh of vertices, lines and polygons; its cells are in this order there.
 pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, whole) = (job.path, job.mesh, job.whole);
-    let (options, mut losses) = (job.options, job.losses);
-    let mesh = by_dimension(mesh, &mut losses);
-    let warnings = losses.settle(path, "VTP", options.lossy)?;
-    save(path, &mesh, &[], whole, options.vtu, Topology::Sections)?;
-    Ok(warnings)
+    let (path, mut losses) = (job.path, job.losses);
+    let mesh = by_dimension(job.mesh, &mut losses);
+    let encoding = job.options.vtu;
+    losses.settle(path, || {
+        save(path, &mesh, &[], job.whole, encoding, Topology::Sections)
+    })
 }
 
 /// The mesh with its cells in the order of their dimensions.

@@ -9,7 +9,7 @@ use super::topology::{Cells, Part, Source};
 use super::unpack::Budget;
 use super::xml::{ArrayTag, Grid, POLYGONS, PieceTag, TEXT};
 use crate::error::{Error, Place, Result};
-use crate::field::{GlobalArray, GlobalValues, Unread, to_i64};
+use crate::field::{GlobalArray, GlobalValues, Tell, to_i64};
 use crate::io::raw::RawNumbers;
 use crate::io::scalar::{Scalar, with_type};
 use crate::mesh::{Array, Field, Polyhedra, Support, Values};
@@ -284,10 +284,8 @@ impl<'a> Decoder<'a> {
         for tag in tags {
             if tag.number.is_none() {
                 let (kind, name) = (&tag.type_name, &tag.name);
-                self.unread.push(Unread::new(
-                    name,
-                    format!("the array {name:?} of {kind} on {on}"),
-                ));
+                self.unread
+                    .tell(name, format!("the array {name:?} of {kind} on {on}"));
                 continue;
             }
             let components = self.components(tag)?;

@@ -14,10 +14,8 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-use super::Native;
 use super::recognise::{begins, head_has};
-
-pub use read::{read_at, times};
+use super::{Native, Read};
 
 /// The numbers of the groups of each cell; the name that meshio has for them, as in VTU.
 const GROUP: &str = "gmsh:physical";
@@ -29,6 +27,9 @@ pub static FORMAT: Native = Native {
     has_binary: true,
     holds_whole: true,
     recognises: |bytes| begins(bytes, "<") && head_has(bytes, "<Xdmf"),
-    read: read::read,
+    read: Read::Steps {
+        times: read::times,
+        at: read::read,
+    },
     write: write::write,
 };

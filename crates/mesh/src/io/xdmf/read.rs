@@ -10,7 +10,7 @@ use super::item::Items;
 use super::topology;
 use super::tree::Tree;
 use crate::error::Result;
-use crate::field::{GlobalArray, Unread};
+use crate::field::{GlobalArray, Tell, Unread};
 use crate::io::Content;
 use crate::io::sets::Sets;
 use crate::mesh::CellBlock;
@@ -58,13 +58,8 @@ pub fn times(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
     Ok(grids(&items)?.iter().filter_map(|grid| grid.time).collect())
 }
 
-/// Reads a file with its fields at all times at which the mesh is that of the first.
-pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
-    read_at(path, bytes, None)
-}
-
 /// Reads the mesh and fields of one time, or of all.
-pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
+pub fn read(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
     let tree = tree(path, bytes)?;
     let items = Items::new(path, &tree);
     let mut grids = grids(&items)?;
@@ -84,7 +79,7 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
     let domains = tree.all("Domain").len();
     if domains > 1 {
         let what = format!("{} further domains", domains - 1);
-        reader.unread.push(Unread::new("Domain", what));
+        reader.unread.tell("Domain", what);
     }
     let version = tree
         .all("Xdmf")
@@ -94,7 +89,6 @@ pub fn read_at(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> 
     Ok(Content {
         mesh,
         whole: reader.whole,
-        format: "xdmf".into(),
         version,
         encoding: "xml".into(),
         warnings,
@@ -212,7 +206,7 @@ impl Reader<'_> {
                     Some(time) => drop(others.insert(time.to_bits())),
                     None => {
                         let what = format!("the grid {:?}, whose mesh is another", grid.name);
-                        self.unread.push(Unread::new(&grid.name, what));
+                        self.unread.tell(&grid.name, what);
                     }
                 }
                 continue;
@@ -220,13 +214,13 @@ impl Reader<'_> {
             self.attributes(grid)?;
         }
         if !others.is_empty() {
-            self.unread.push(Unread::new(
+            self.unread.tell(
                 "times",
                 format!(
                     "{} times, at which the mesh is another than at the first",
                     others.len()
                 ),
-            ));
+            );
         }
         for grid in tags {
             self.tags(grid)?;

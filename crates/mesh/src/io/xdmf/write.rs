@@ -15,8 +15,13 @@ use crate::io::{Job, out};
 use crate::mesh::{CellBlock, CellGroups, CellKind, Group, Mesh, Support, Values};
 
 pub fn write(job: Job<'_>) -> Result<Vec<String>> {
-    let (path, mesh, whole) = (job.path, job.mesh, job.whole);
-    let (options, mut losses) = (job.options, job.losses);
+    let Job {
+        path,
+        mesh,
+        whole,
+        mut losses,
+        ..
+    } = job;
     let stem = path
         .file_stem()
         .map(|stem| stem.to_string_lossy().into_owned());
@@ -27,13 +32,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
             "give the name of a file",
         )
     })?;
-    let unknown = mesh
-        .blocks
-        .iter()
-        .filter(|block| topology::name(block.kind).is_none());
-    for block in unknown {
-        losses.lose(format!("{} {} cells", block.len(), block.kind));
-    }
+    losses.lose_blocks(mesh, |kind| topology::name(kind).is_some());
     let blocks: Vec<&CellBlock> = mesh
         .blocks
         .iter()
@@ -52,10 +51,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
         {
             losses.lose_field(field.name, field.on);
         } else if field.on == Support::Cells && field.at().is_some() {
-            losses.note(format!(
-                "the field {:?} is NaN on the cells that lack it",
-                field.name
-            ));
+            losses.note_gaps(field.name, field.on);
         }
     }
     if !whole_mesh {
@@ -165,10 +161,10 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let xml = format!(
         "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\"><Domain>\n{body}</Domain></Xdmf>\n"
     );
-    let warnings = losses.settle(path, FORMAT.title, options.lossy)?;
-    file.save(&path.with_file_name(&name))?;
-    out::save(path, [xml.as_bytes()])?;
-    Ok(warnings)
+    losses.settle(path, || {
+        file.save(&path.with_file_name(&name))?;
+        out::save(path, [xml.as_bytes()])
+    })
 }
 
 /// The names of the groups as meshio has them, and for each cell the numbers of its groups, 0 for no further one.

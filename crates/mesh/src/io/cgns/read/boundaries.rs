@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Members, Reader, Zone, polytopes::face};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::cgns::tree::Node;
 use crate::io::sets::{self, Runs};
 
@@ -18,13 +18,13 @@ impl Reader {
         for list in node.labelled("ZoneBC_t")? {
             for boundary in list.labelled("BC_t")? {
                 let Some(members) = self.members(&boundary, zone)? else {
-                    self.unread.push(Unread::new(
+                    self.unread.tell(
                         boundary.name(),
                         format!(
                             "the boundary condition {:?}, whose place is not understood",
                             boundary.name()
                         ),
-                    ));
+                    );
                     continue;
                 };
                 let family = family(&boundary)?;

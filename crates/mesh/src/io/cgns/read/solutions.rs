@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Reader, Zone};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::cgns::tree::Node;
 use crate::mesh::{Field, Support};
 
@@ -33,10 +33,10 @@ impl Reader {
                     zone.cells.0.iter().cloned().flatten().collect(),
                 ),
                 other => {
-                    self.unread.push(Unread::new(
+                    self.unread.tell(
                         solution.name(),
                         format!("the solution {:?} on each {other}", solution.name()),
-                    ));
+                    );
                     continue;
                 }
             };
@@ -47,14 +47,14 @@ impl Reader {
                     .values()?
                     .filter(|values| values.len() == items.len() && !items.is_empty())
                 else {
-                    self.unread.push(Unread::new(
+                    self.unread.tell(
                         array.name(),
                         format!(
                             "{:?} of the solution {:?}, which is not of its size",
                             array.name(),
                             solution.name()
                         ),
-                    ));
+                    );
                     continue;
                 };
                 let fields = &mut self.sets.mesh.fields;

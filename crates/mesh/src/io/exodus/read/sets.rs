@@ -2,7 +2,7 @@
 
 use super::Reader;
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::exodus::cells;
 use crate::mesh::Shape;
 
@@ -51,10 +51,10 @@ impl Reader<'_> {
                 (of_polytopes, "polygons and polyhedra"),
             ] {
                 if count > 0 {
-                    self.unread.push(Unread::new(
+                    self.unread.tell(
                         &name,
                         format!("{count} sides of the side set {tag}, of {of}"),
-                    ));
+                    );
                 }
             }
         }

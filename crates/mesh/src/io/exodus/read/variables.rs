@@ -2,7 +2,7 @@
 
 use super::Reader;
 use crate::error::Result;
-use crate::field::GlobalArray;
+use crate::field::{GlobalArray, Tell};
 use crate::mesh::{Field, Support, Values};
 
 impl Reader<'_> {
@@ -41,7 +41,7 @@ impl Reader<'_> {
                 self.variable(&format!("vals_nod_var{}", k + 1), "vals_nod_var", k, step)?;
             match values.filter(|values| values.len() == points && points > 0) {
                 Some(values) => self.add(Field::new(name, Support::Points, 1, values), step, time),
-                None => self.tell(
+                None => self.unread.tell_once(
                     &name,
                     format!("the variable {name:?} on nodes, whose values are not there"),
                 ),
@@ -88,7 +88,7 @@ impl Reader<'_> {
                 let what = format!(
                     "the variable {name:?} on elements, whose values are not there or not one an element"
                 );
-                self.tell(&name, what);
+                self.unread.tell_once(&name, what);
                 continue;
             }
             let at = if at.len() == first as usize {

@@ -2,7 +2,7 @@
 
 use super::{Grid, Reader};
 use crate::error::Result;
-use crate::field::{GlobalArray, Unread};
+use crate::field::{GlobalArray, Tell};
 use crate::io::xdmf::GROUP;
 use crate::io::xdmf::item::Item;
 use crate::mesh::{Field, Support, Values};
@@ -18,7 +18,7 @@ impl Reader<'_> {
             {
                 if let Err(what) = self.function(grid, attribute, &name)? {
                     self.unread
-                        .push(Unread::new(&name, format!("the function {name:?}, {what}")));
+                        .tell(&name, format!("the function {name:?}, {what}"));
                 }
                 continue;
             }
@@ -44,16 +44,14 @@ impl Reader<'_> {
                         Some(known) if known.same_bits(&array) => {}
                         Some(_) => {
                             let what = format!("{:?} of further grids, which differs", array.name);
-                            self.unread.push(Unread::new(&array.name, what));
+                            self.unread.tell(&array.name, what);
                         }
                     }
                     continue;
                 }
                 other => {
-                    self.unread.push(Unread::new(
-                        &name,
-                        format!("the attribute {name:?} on each {other}"),
-                    ));
+                    self.unread
+                        .tell(&name, format!("the attribute {name:?} on each {other}"));
                     continue;
                 }
             };

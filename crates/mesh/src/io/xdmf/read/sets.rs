@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::{Grid, Reader};
 use crate::error::Result;
-use crate::field::Unread;
+use crate::field::Tell;
 use crate::io::xdmf::item::Item;
 use crate::io::xdmf::topology;
 use crate::io::xdmf::tree::Tree;
@@ -82,10 +82,8 @@ impl Reader<'_> {
                 "cell" => grid.topology.as_ref().and_then(|key| self.cells.get(key)),
                 "node" => grid.geometry.as_ref().and_then(|key| self.points.get(key)),
                 _ => {
-                    self.unread.push(Unread::new(
-                        name,
-                        format!("the set {name:?} of each {kind}"),
-                    ));
+                    self.unread
+                        .tell(name, format!("the set {name:?} of each {kind}"));
                     continue;
                 }
             };
