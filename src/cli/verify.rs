@@ -184,13 +184,15 @@ fn of_one(
     distinct(&arguments.n, "n", "give different refinements")?;
     let mut of = FaceOff::read_by(name.as_ref(), method, &arguments.engines)?;
     let mut missing = Vec::new();
-    if arguments.allow_missing {
-        if of.form.is_none() {
-            return Err(refuse("--allow-missing"));
-        }
+    if arguments.allow_missing && of.form.is_none() {
+        return Err(refuse("--allow-missing"));
+    }
+    // Of the codes for scenes of elasticity, FreeFEM lacks what some scenes in space need: who names it gets an error.
+    let is_chosen_here = arguments.engines.is_empty() && is_elastic(name.as_ref());
+    if arguments.allow_missing || is_chosen_here {
         let asked =
             |name: &String| arguments.engines.is_empty() || arguments.engines.contains(name);
-        let found = of.without_missing().into_iter();
+        let found = of.without_missing(!arguments.allow_missing).into_iter();
         missing.extend(found.filter(|(code, _)| asked(code)).map(|(code, why)| {
             let message = format!("{code} is missing and was left out: {why}");
             note!("faceoff: {message}");

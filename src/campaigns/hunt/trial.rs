@@ -100,7 +100,7 @@ fn solved(
         let _ = writeln!(text, "[numbers.{name}]\nvalue = \"{value}\"\nrtol = 1e99");
     }
     let mut of = FaceOff::on(&text, drawn.shape.mesh()?)?;
-    of.without_missing();
+    of.without_missing(false);
     of.codes
         .retain(|code: &Code| engines.iter().any(|name| name == code.name()));
     if of.codes.len() < 2 && of.codes.len() < engines.len() {

@@ -39,6 +39,8 @@ pub struct Own {
 pub struct Missing {
     files: Script,
     why: String,
+    /// Does the code itself lack what the form needs, wherever it is installed?
+    is_unable: bool,
 }
 
 /// An engine, and its scheme.
@@ -110,6 +112,11 @@ impl Code {
             Code::Missing(missing) => Some(&missing.why),
             _ => None,
         }
+    }
+
+    /// Does the code itself lack what the form needs, wherever it is installed?
+    pub fn is_unable(&self) -> bool {
+        matches!(self, Code::Missing(missing) if missing.is_unable)
     }
 
     /// Lets a code of a form write its linear system too.
@@ -216,8 +223,12 @@ impl Code {
 }
 
 impl Missing {
-    pub fn new(files: Script, why: String) -> Self {
-        Missing { files, why }
+    pub fn new(files: Script, why: String, is_unable: bool) -> Self {
+        Missing {
+            files,
+            why,
+            is_unable,
+        }
     }
 
     fn error(&self) -> Error {

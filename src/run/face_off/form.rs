@@ -312,14 +312,17 @@ fn written(form: &Problem, code: &'static Spelled) -> Code {
         numbers: numbers(form),
         system: None,
     };
-    let found = engine::Source::new(form, code).and_then(|source| {
-        script.command = source.command()?;
-        script.source = Some(source);
-        Ok(())
-    });
-    match found {
-        Ok(()) => Code::Script(script),
-        Err(why) => Code::Missing(Missing::new(script, why)),
+    let source = match engine::Source::new(form, code) {
+        Ok(source) => source,
+        Err(why) => return Code::Missing(Missing::new(script, why, true)),
+    };
+    match source.command() {
+        Ok(command) => {
+            script.command = command;
+            script.source = Some(source);
+            Code::Script(script)
+        }
+        Err(why) => Code::Missing(Missing::new(script, why, false)),
     }
 }
 

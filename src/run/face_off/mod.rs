@@ -232,10 +232,14 @@ impl FaceOff {
         reader.read(text)
     }
 
-    /// Removes the codes of a form that cannot solve it here, and returns them with the reasons.
-    pub fn without_missing(&mut self) -> Vec<(String, String)> {
+    /// Removes the codes of a form that cannot solve it here, or only those that cannot solve it anywhere, and returns them with the reasons.
+    pub fn without_missing(&mut self, only_unable: bool) -> Vec<(String, String)> {
         let all = std::mem::take(&mut self.codes);
-        let (missing, there) = all.into_iter().partition(|code| code.missing().is_some());
+        let is_out = |code: &Code| match only_unable {
+            true => code.is_unable(),
+            false => code.missing().is_some(),
+        };
+        let (missing, there) = all.into_iter().partition(is_out);
         self.codes = there;
         let missing: Vec<Code> = missing;
         let told = missing.iter().map(|code| {

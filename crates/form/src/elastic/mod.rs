@@ -193,8 +193,10 @@ pub fn lower(origin: &Path, text: &str, method: &Method, codes: &[&str]) -> Resu
             "\"sigma(w)\" = \"2*mu*sym(grad(w)) + lam*div(w)*Identity({})\"\n\
              \"sigma_n(w)\" = \"dot({along}, dot(sigma(w), n))\"\n\
              \"w_n(w)\" = \"dot(w, {along})\"\n\
-             gamma = \"gamma0*h/(2*mu + lam)\"",
-            scene.dim
+             gamma = \"gamma0*h/(2*mu + lam)\"\n\
+             reaction = \"{}\"",
+            scene.dim,
+            reaction(theta2)
         ),
     );
     // The radius of the ball in which γσ_t lies: γs, or the coefficient times [-P]₊, which is γ times the pressure where the body is in contact.
@@ -301,7 +303,7 @@ pub fn lower(origin: &Path, text: &str, method: &Method, codes: &[&str]) -> Resu
     let status = "conditional(gamma*sigma_n(u) - (w_n(u) - psi) <= 0, 1, 0)";
     let mut numbers = vec![
         ("contact", format!("{status}*{contact}")),
-        ("force", format!("-sigma_n(u)*{contact}")),
+        ("force", format!("reaction*{contact}")),
         ("pressure", format!("sigma_n(u)^2*{contact}")),
     ];
     if radius.is_some() {
@@ -333,6 +335,15 @@ pub fn lower(origin: &Path, text: &str, method: &Method, codes: &[&str]) -> Resu
             is_stress: scene.is_stress,
         },
     })
+}
+
+/// What the rigid body exerts, against the direction of the gap. The test function v = e, of which σ(v) = 0, shows that its integral balances the loads exactly:
+/// with a penalty that of -σₙ does not.
+fn reaction(theta2: f64) -> &'static str {
+    match theta2 > 0.0 {
+        true => "theta2*max(w_n(u) - psi, gamma*sigma_n(u))/gamma - sigma_n(u)",
+        false => "-sigma_n(u)",
+    }
 }
 
 /// What is compared on each facet of Γ_C: σₙ and σ_t, then the part of it that is in contact, and with friction the part that sticks. A point whose status

@@ -9,7 +9,7 @@ use faceoff_mesh::mesh::Mesh;
 use faceoff_mesh::mesh::generate::{union_cube, union_jack};
 
 use super::{builtin, catalogue, lower, mesh};
-use crate::own::{output, solve, system};
+use crate::own::{Functionals, output, solve, system};
 use crate::problem::Problem;
 
 fn by(name: &str) -> Method {
@@ -228,4 +228,31 @@ fn friction_passes_the_patch_test() {
     // The displacement that is given on the left is then not reached by slip elsewhere.
     let largest = fields[0].values.to_f64().into_iter().fold(0.0, f64::max);
     assert!((largest - (0.039 + 0.104 + 0.2)).abs() > 1e-3, "{largest}");
+}
+
+/// The integral of the reaction is that of the loads, to rounding, for every method; with a penalty the integral of -σₙ is not.
+#[test]
+fn the_reaction_balances_the_loads() {
+    let on = io::parse("hertz.msh".as_ref(), mesh("hertz.msh").unwrap(), None).unwrap();
+    let on = on.mesh;
+    for (method, has_penalty) in [
+        ("cr", false),
+        ("p2(1,0)", false),
+        ("p1", true),
+        ("p2", true),
+        ("p2(-1,1)", true),
+        ("p1(0,0.5)", true),
+    ] {
+        let problem = form(builtin("hertz-line").unwrap(), method, &on).unwrap();
+        let solution = solve(&problem, &on).unwrap();
+        let (mut result, fields) = output(&solution.assembler, &solution.u);
+        result.fields = fields;
+        let mut both = Functionals::new(&problem);
+        both.add("2*reaction*ds(contact)").unwrap();
+        both.add("-2*sigma_n(u)*ds(contact)").unwrap();
+        let found = both.of(&on, &result, 0.0).unwrap();
+        assert!((found[0] - 8.0).abs() <= 1e-11, "{method}: {found:?}");
+        let misses = (found[1] - 8.0).abs() > 1e-6;
+        assert_eq!(misses, has_penalty, "{method}: {found:?}");
+    }
 }
