@@ -272,6 +272,74 @@ fn nearly_incompressible_bodies_lock_with_p1_alone() {
     );
 }
 
+/// One code solves a scene, and writes u, stress and what is known on Γ_C, which are exact in the patch test.
+#[test]
+fn a_scene_is_solved_by_one_code() {
+    let folder = folder();
+    let at = folder.path();
+    for engine in ["rust", "freefem"] {
+        let words = format!(
+            "solve contact-patch --engine {engine} --n 2 --set p=0.2 --out u.vtu --json o.json --report page"
+        );
+        let ran = run(at, &words.split(' ').collect::<Vec<_>>());
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+        let schema = "src/report/schema/solve-elastic-1.json";
+        assert_valid("json", schema, &at.join("o.json"));
+        let told = read(at);
+        assert_eq!(told["name"], "contact-patch-cr");
+        assert_eq!(told["engine"], engine);
+        assert_eq!(told["cells"], 8);
+        assert_eq!(told["facets"], 2);
+        let force = told["numbers"]["force"]["value"].as_f64().unwrap();
+        assert!((force - 0.2).abs() < 1e-13, "{force}");
+        let contact = told["numbers"]["contact"]["value"].as_f64().unwrap();
+        assert!((contact - 1.0).abs() < 1e-13, "{contact}");
+        let values = |file: &str, name: &str| {
+            let mesh = faceoff_mesh::io::read(&at.join(file)).unwrap();
+            let mut fields = mesh.fields.iter().filter(|field| &*field.name == name);
+            let field = fields.next();
+            assert!(fields.next().is_none(), "{name} is there twice");
+            let field = field.unwrap_or_else(|| panic!("{file} has no {name}"));
+            field
+                .values
+                .to_f64()
+                .chunks(field.components)
+                .map(<[f64]>::to_vec)
+                .collect::<Vec<_>>()
+        };
+        // The body is free to widen: σ_yy = -p, and σ_xx and σ_xy are 0.
+        let stress = values("u.vtu", "sigma");
+        assert_eq!(stress.len(), 8);
+        for of_cell in stress {
+            for (found, exact) in of_cell.iter().zip([0.0, -0.2, 0.0]) {
+                assert!((found - exact).abs() < 1e-13, "{of_cell:?}");
+            }
+        }
+        for (name, exact) in [
+            ("reaction", [0.2, 0.0]),
+            ("stress", [-0.2, 0.0]),
+            ("status", [1.0, 0.0]),
+        ] {
+            let found = values("u-faces.vtu", name);
+            assert_eq!(found.len(), 2, "{name}");
+            for (found, exact) in found.iter().flat_map(|of| of.iter().zip(exact)) {
+                assert!((found - exact).abs() < 1e-13, "{name}: {found}");
+            }
+        }
+        assert!(at.join("page/contact-patch-cr.vtu").exists());
+        assert!(!values("u.vtu", "u").is_empty());
+    }
+    // Where the solution is known, errors are reported: half as large on the finer mesh.
+    let error = |n: &str| {
+        let words = ["solve", "elastic-transition", "--n", n, "--json", "o.json"];
+        let ran = run(at, &words);
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+        read(at)["error"]["h1"].as_f64().unwrap()
+    };
+    let [coarse, fine] = ["8", "16"].map(error);
+    assert!((coarse / fine - 2.0).abs() < 0.1, "{coarse} {fine}");
+}
+
 /// Contact by penalty, as one writes it in FreeFEM with its usual rules: it is named, with its number.
 #[test]
 fn contact_by_penalty_is_told_as_such() {
@@ -375,6 +443,11 @@ fn what_cannot_be_is_refused_in_words() {
         "\"4/5*mu*y*sin(2*x) + lam*b\"",
         "\"4/5*mue\"",
     );
+    write(
+        at,
+        "matrix.toml",
+        "scenes = [\"contact-patch\"]\n[[releases]]\nname = \"f\"\ncompanion = \"freefem\"\nwithin = [\"env\", \"--chdir={job}\"]\n",
+    );
     for (words, what) in [
         (
             vec!["verify", "elastic-transition", "one-zone"],
@@ -399,8 +472,27 @@ fn what_cannot_be_is_refused_in_words() {
             "elastic-transition.toml:27:11: `mue` is not known",
         ),
         (
-            vec!["solve", "contact-patch"],
-            "contact-patch is a scene of elasticity",
+            vec!["solve", "contact-patch", "--accuracy", "0.1"],
+            "solve --accuracy is not for scenes of elasticity",
+        ),
+        (
+            vec![
+                "solve",
+                "contact-patch",
+                "--engine",
+                "freefem",
+                "--set",
+                "mue=1",
+            ],
+            "mue",
+        ),
+        (
+            vec!["solve", "gap", "--set", "nu=0.3"],
+            "--set is for parameters of scenes of elasticity",
+        ),
+        (
+            vec!["matrix", "--run", "matrix.toml"],
+            "faceoff verify contact-patch --methods cr --record DIR",
         ),
         (
             vec!["orders", "contact-patch"],

@@ -182,7 +182,7 @@ impl Trust {
         if is_elastic(name.as_ref()) {
             let what =
                 format!("{name} is a scene of elasticity, and this is for the scalar problem");
-            let remedy = "verify, orders, study, stress, judge and write take it";
+            let remedy = "verify, solve, orders, study, stress, judge and write take it";
             return Err(Error::usage(what, remedy));
         }
         if is_face_off(name.as_ref()) {
@@ -242,6 +242,9 @@ impl Command {
                 ..to(a.command(), &a.output, Some(&a.verdicts))
             },
             Command::Certify(a) => to("certify", &a.output, None),
+            Command::Solve(a) if is_elastic(a.scene.as_ref()) => {
+                to("solve elastic", &a.output, None)
+            }
             Command::Solve(a) => to("solve", &a.output, None),
             Command::Orders(a) => to("orders", &a.output, None),
             Command::Paper(a) if a.reference => to("paper reference", &a.output, None),
@@ -624,6 +627,9 @@ pub(super) struct Solve {
     /// Overrides the scene's gamma0
     #[arg(long, allow_negative_numbers = true)]
     pub gamma0: Option<f64>,
+    /// Of a scene of elasticity: give a parameter this value, as in nu=0.4999; may be given several times
+    #[arg(long, value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
+    pub set: Vec<(String, String)>,
     /// newton, or a splitting of the paper's fixed point: lagged-p, lagged-gap, relaxed, flux-new
     /// (Rust engine only)
     #[arg(long, default_value = "newton")]

@@ -1,15 +1,16 @@
-//! `faceoff orders`, `study` and `stress` of scenes of elasticity, each of which is a weak form.
+//! `faceoff solve`, `orders`, `study` and `stress` of scenes of elasticity, each of which is a weak form.
 
-use super::args::{Orders, Stress, Study};
-use super::code;
+use super::args::{Orders, Solve, Stress, Study};
 use super::progress::watched;
 use super::verify::may_start;
+use super::{DONE, code};
 use crate::campaigns::face_off::{self, Cost, FaceOffOutcome, FaceOffs};
 use crate::engine::{Settings, quoted};
 use crate::report::console::note;
 use crate::report::{self, Output, deliver};
 use crate::run::{Code, FaceOff, Point, is_elastic};
-use faceoff_fem::contact::Method;
+use faceoff_fem::contact::{Iteration, Method};
+use faceoff_fem::linear::{Precision, Solver};
 use faceoff_mesh::error::{Error, Result, distinct, meant};
 
 /// A family of extremes: a parameter and its values, in the order in which they are tried.
@@ -77,6 +78,53 @@ fn running() -> face_off::Running<'static> {
         symmetries: Vec::new(),
         alone: true,
     }
+}
+
+/// A scene by one method in one code.
+pub(super) fn solve(arguments: &Solve, to: &Output) -> Result<u8> {
+    let given = [
+        ("--mesh", arguments.mesh.is_some()),
+        ("--iteration", arguments.iteration != Iteration::Newton),
+        ("--linear", arguments.linear != Solver::default()),
+        ("--precision", arguments.precision != Precision::default()),
+        ("--accuracy", arguments.accuracy.is_some()),
+        ("--certify", arguments.certify.is_some()),
+        ("--explain", arguments.explain),
+        ("--ranks", arguments.running.ranks != 1),
+        ("--launcher", arguments.running.launcher.is_some()),
+        ("--install", arguments.running.install),
+    ];
+    refuse("solve", &given)?;
+    if let Some(out) = &arguments.out {
+        report::check_vtu_path(out)?;
+    }
+    let method = arguments.method.unwrap_or_else(Method::cr);
+    let name = &arguments.scene;
+    let mut of = FaceOff::read_by(name.as_ref(), &method, &[arguments.engine.clone()])?;
+    let programs = of.codes.iter().filter_map(Code::program);
+    may_start("solve", name.as_ref(), false, programs)?;
+    let gamma0 = arguments
+        .gamma0
+        .map(|value| ("gamma0".to_owned(), format!("{value:?}")));
+    let point: Point = arguments.set.iter().cloned().chain(gamma0).collect();
+    if !point.is_empty() {
+        of = of.at(&point)?;
+    }
+    if let Some(n) = arguments.n {
+        of = of.with_n(vec![n as usize])?;
+    }
+    let how = face_off::Running {
+        keep: arguments.running.keep.clone(),
+        ..running()
+    };
+    let found = watched(&[], vec![], to.quiet, |progress| {
+        face_off::solved(&of, &how, progress)
+    })?;
+    if let Some(out) = &arguments.out {
+        report::write_elastic(out, &found)?;
+    }
+    deliver(&report::solve_elastic(&found)?, to)?;
+    Ok(DONE)
 }
 
 /// Errors and orders by our own solver.

@@ -12,6 +12,7 @@ use super::words::methods;
 use crate::campaigns::matrix::{MatrixRequest, check, matrix};
 use crate::engine::{EngineFile, parsed};
 use crate::report::{self, Output, deliver};
+use crate::run::is_elastic;
 use faceoff_mesh::error::{Error, Place, Result};
 
 #[derive(Deserialize)]
@@ -43,6 +44,13 @@ pub(super) fn run(arguments: &Matrix, to: &Output) -> Result<u8> {
     let scenes: Vec<String> = file.scenes.iter().map(beside).collect();
     if file.methods.is_empty() || file.n.contains(&0) {
         return Err(refuse("`methods` is empty, or `n` has a 0".into()));
+    }
+    if let Some(name) = scenes.iter().find(|name| is_elastic(name.as_ref())) {
+        let what = format!("{name} is a scene of elasticity, and matrix is for the scalar problem");
+        let remedy = format!(
+            "where one release is installed, run: faceoff verify {name} --methods cr --record DIR; and where the other is: faceoff verify {name} --methods cr --against DIR"
+        );
+        return Err(Error::usage(what, remedy));
     }
     let request = MatrixRequest {
         scenes: arguments.trust.scenes(&scenes)?,

@@ -5,12 +5,12 @@ use std::time::Instant;
 use super::args::Solve;
 use super::progress::watched;
 use super::verify::{check_launch, settings};
-use super::{DISAGREE, DONE, FAILED, engines};
+use super::{DISAGREE, DONE, FAILED, elastic, engines};
 use crate::engine::{self, Case, Explanation};
 use crate::report::console::note;
 use crate::report::percent_above;
 use crate::report::{self, Answer, Certified, Output, deliver};
-use crate::run::consistent;
+use crate::run::{consistent, is_elastic};
 use faceoff_fem::adapt::{Next, Outcome, Step, Way, Wish, reach};
 use faceoff_fem::certify::{Certificate, Target, examine};
 use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem};
@@ -37,6 +37,16 @@ pub(super) fn gamma0(method: &Method, gamma0: f64) -> Result<f64> {
 }
 
 pub(super) fn run(arguments: &Solve, to: &Output) -> Result<u8> {
+    if is_elastic(arguments.scene.as_ref()) {
+        return elastic::solve(arguments, to);
+    }
+    if let Some((name, _)) = arguments.set.first() {
+        let what = format!(
+            "--set is for parameters of scenes of elasticity, and {} has none",
+            arguments.scene
+        );
+        return Err(Error::usage(what, format!("leave --set {name}=… out")));
+    }
     let quiet = to.quiet;
     let mut scene = arguments.trust.scene(&arguments.scene)?;
     let usual = match arguments.accuracy {

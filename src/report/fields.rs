@@ -13,7 +13,7 @@ use faceoff_mesh::io::vtu::{self, Compressor, Encoding};
 use faceoff_mesh::mesh::{CellKind, Field, Mesh, Support, Values};
 
 /// Binary64 bit for bit, in valid XML.
-const ENCODING: Encoding = Encoding::Base64(Compressor::Zlib);
+pub(super) const ENCODING: Encoding = Encoding::Base64(Compressor::Zlib);
 
 /// Checks the path of a solution: `FILE.vtu` in an existing folder.
 ///

@@ -7,7 +7,7 @@ use super::{Asked, Code, FaceOff};
 use crate::engine::{self, Facets, Left, with};
 use crate::run::Written;
 use faceoff_form::Problem;
-use faceoff_form::own::{Functionals, OnFacets};
+use faceoff_form::own::{Functionals, OnFacets, with_means};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::field::Results;
 use faceoff_mesh::io::{self, Content};
@@ -104,6 +104,49 @@ impl FaceOff {
             written: engine::Written::made(results, time.copied().flatten()),
             scale: found.scale,
         })
+    }
+
+    /// What a code has found in a scene of elasticity: u and the mean stress of each cell; and on Γ_C the fields that codes are compared by, and the
+    /// reaction.
+    ///
+    /// # Errors
+    /// A result that is not there, or is not a function of the form's space.
+    pub fn solution(
+        &self,
+        code: &Code,
+        mesh: &Mesh,
+        parameters: &BTreeMap<String, String>,
+        left: &Left,
+    ) -> Result<[Mesh; 2]> {
+        let refuse = || Error::usage("it is no scene of elasticity", "verify it");
+        let form = self.form.as_ref().ok_or_else(refuse)?;
+        let parts = form.parts.as_ref().ok_or_else(refuse)?;
+        let form = with(form, parameters);
+        let all = 0..form.dim;
+        let pairs = all.clone().map(|i| (i, i));
+        let pairs = pairs.chain(
+            all.clone()
+                .flat_map(|i| (i + 1..form.dim).map(move |j| (i, j))),
+        );
+        let stress: Vec<String> = pairs.map(|(i, j)| format!("sigma(u)[{i}, {j}]")).collect();
+        let cells = self.first(code, left, |result, unit| {
+            with_means(&form, ("sigma", &stress), mesh, result, unit)
+        })?;
+        let reaction = [format!("reaction*ds([{}])", parts.contact.join(", "))];
+        let mut facets: Option<Mesh> = None;
+        let derived = self.fields.iter().filter(|asked| asked.is_on_facets());
+        let derived = derived.map(|asked| (&*asked.name, &asked.value[..]));
+        for (name, value) in [("reaction", &reaction[..])].into_iter().chain(derived) {
+            let of = OnFacets::new(&form, value)
+                .map_err(|(_, fault)| Error::usage(fault.what, fault.remedy))?;
+            let found = self.first(code, left, |result, unit| of.of(name, mesh, result, unit))?;
+            match &mut facets {
+                // They are of the same facets, in the same order.
+                Some(facets) => facets.fields.extend(found.mesh.fields),
+                None => facets = Some(found.mesh),
+            }
+        }
+        Ok([cells, facets.unwrap_or_default()])
     }
 
     /// What the first result of a code that has it says: a mesh whose fields are called as the face-off calls them, at the last time, and the
