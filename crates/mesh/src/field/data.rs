@@ -74,6 +74,16 @@ impl GlobalArray {
         values / self.components.max(1)
     }
 
+    /// Adds the array to others, unless they have it; returns it if they have another of its name.
+    pub(crate) fn join(self, all: &mut Vec<GlobalArray>) -> Option<Self> {
+        match all.iter().find(|known| known.name == self.name) {
+            None => all.push(self),
+            Some(known) if known.same_bits(&self) => {}
+            Some(_) => return Some(self),
+        }
+        None
+    }
+
     /// Equal name and equal bits, NaN included.
     pub fn same_bits(&self, other: &GlobalArray) -> bool {
         let values = match (&self.values, &other.values) {

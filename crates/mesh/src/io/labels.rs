@@ -303,12 +303,9 @@ impl<'a> Labels<'a> {
 
     /// The blocks of a kind, each with its first cell.
     pub fn blocks(&self, kind: CellKind) -> impl Iterator<Item = (u32, &CellBlock)> {
-        let starts = self.mesh.blocks.iter().scan(0, |next, block| {
-            let first = *next;
-            *next += block.len() as u32;
-            Some((first, block))
-        });
-        starts.filter(move |(_, block)| block.kind == kind)
+        let blocks = self.mesh.ranges();
+        let blocks = blocks.filter(move |(_, block)| block.kind == kind);
+        blocks.map(|(cells, block)| (cells.start, block))
     }
 
     /// The points and the label of each cell of this kind.

@@ -145,6 +145,13 @@ impl<'a> File<'a> {
         Ok(self.raw(name, None)?.map(|numbers| numbers.values()))
     }
 
+    /// [`File::values`] as binary64; none if there is no such variable.
+    pub fn floats(&self, name: &str) -> Result<Vec<f64>> {
+        Ok(self
+            .values(name)?
+            .map_or(Vec::new(), |values| values.to_f64()))
+    }
+
     /// The values of a variable at one index of its first dimension.
     pub fn row(&self, name: &str, k: usize) -> Result<Option<Values>> {
         match self.shape(name)?.as_deref() {

@@ -6,8 +6,10 @@
 use std::path::Path;
 
 use super::market::Coordinates;
+use super::scalar::Scalar;
+use super::scan::{Numbers, Scan};
 use crate::cancel;
-use crate::error::{Error, Place, Result};
+use crate::error::Result;
 
 const MATRIX: i32 = 1_211_216;
 const VECTOR: i32 = 1_211_214;
@@ -21,23 +23,18 @@ pub fn is_here(data: &[u8]) -> bool {
     matches!(first, Some(MATRIX | VECTOR))
 }
 
-/// Bytes that are taken from the front.
-struct Bytes<'a> {
-    path: &'a Path,
-    rest: &'a [u8],
-}
-
 /// The entries of a matrix, or those of a vector as one column.
 ///
 /// # Errors
-/// Fewer or more bytes than are declared, places outside of the matrix, entries that are not finite; [`Error::Ended`].
+/// Fewer or more bytes than are declared, places outside of the matrix, entries that are not finite; [`crate::Error::Ended`].
 pub fn matrix(path: &Path, data: &[u8]) -> Result<Coordinates> {
-    let mut bytes = Bytes { path, rest: data };
-    let kind = bytes.count("its kind")?;
-    let rows = bytes.count("rows")?;
-    if kind as i32 == VECTOR {
-        let values = bytes.reals(rows)?;
-        bytes.end()?;
+    let mut scan = Scan::new(path, data);
+    scan.numbers = Numbers::Big;
+    let kind = scan.i32()?;
+    let rows = count(&mut scan, "rows")?;
+    if kind == VECTOR {
+        let values = reals(&mut scan, rows)?;
+        end(&scan)?;
         let entries = (0..).zip(values).map(|(row, value)| (row, 0, value));
         return Ok(Coordinates {
             rows,
@@ -45,29 +42,29 @@ pub fn matrix(path: &Path, data: &[u8]) -> Result<Coordinates> {
             entries: entries.collect(),
         });
     }
-    let columns = bytes.count("columns")?;
+    let columns = count(&mut scan, "columns")?;
     // A dense matrix declares -1.
-    let count = bytes.count("entries")?;
-    let lengths = bytes.whole(rows)?;
-    let places = bytes.whole(count)?;
-    let values = bytes.reals(count)?;
-    bytes.end()?;
-    if lengths.iter().sum::<u64>() != count as u64 {
-        return Err(bytes.error(format!("its rows do not have {count} entries together")));
+    let count = count(&mut scan, "entries")?;
+    let lengths: Vec<u32> = numbers(&mut scan, rows, "lengths of rows")?.collect();
+    let places = numbers::<u32>(&mut scan, count, "columns of entries")?;
+    let values = reals(&mut scan, count)?;
+    end(&scan)?;
+    if lengths.iter().map(|&length| u64::from(length)).sum::<u64>() != count as u64 {
+        let what = format!("its rows do not have {count} entries together");
+        return Err(scan.error_with(what, REMEDY));
     }
     let mut entries = Vec::with_capacity(count);
-    let mut rest = places.iter().zip(values);
+    let mut rest = places.zip(values);
     for (row, length) in (0..).zip(lengths) {
         if row % 65536 == 0 {
             cancel::check()?;
         }
         for (column, value) in rest.by_ref().take(length as usize) {
-            if *column >= columns as u64 {
+            if column as usize >= columns {
                 let what = format!("row {row} has an entry in column {column} of {columns}");
-                return Err(bytes.error(what));
+                return Err(scan.error_with(what, REMEDY));
             }
-            // Columns are of 31 bits.
-            entries.push((row, *column as u32, value));
+            entries.push((row, column, value));
         }
     }
     Ok(Coordinates {
@@ -77,64 +74,39 @@ pub fn matrix(path: &Path, data: &[u8]) -> Result<Coordinates> {
     })
 }
 
-impl<'a> Bytes<'a> {
-    fn error(&self, what: String) -> Error {
-        Error::File {
-            path: self.path.to_owned(),
-            place: Place::Whole,
-            what,
-            remedy: REMEDY.into(),
+fn count(scan: &mut Scan<'_>, of: &str) -> Result<usize> {
+    let number = scan.i32()?;
+    let negative = |_| scan.error_with(format!("the number of {of} is {number}"), REMEDY);
+    usize::try_from(number).map_err(negative)
+}
+
+fn numbers<'a, T: Scalar + 'a>(
+    scan: &mut Scan<'a>,
+    count: usize,
+    of: &str,
+) -> Result<impl Iterator<Item = T> + use<'a, T>> {
+    let count = scan.believe(count as u64, of, T::WIDTH)?;
+    Ok(T::each(scan.bytes(count, T::WIDTH)?, true))
+}
+
+fn reals(scan: &mut Scan<'_>, count: usize) -> Result<Vec<f64>> {
+    let values: Vec<f64> = numbers(scan, count, "real numbers")?.collect();
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(values),
+        Some(k) => {
+            let what = format!("entry {k} is {}, which is not finite", values[k]);
+            Err(scan.error_with(what, REMEDY))
         }
     }
+}
 
-    /// `count` items of `bytes` bytes each.
-    fn take(&mut self, count: usize, bytes: usize, of: &str) -> Result<&'a [u8]> {
-        let length = count.checked_mul(bytes);
-        let Some((found, rest)) = length.and_then(|length| self.rest.split_at_checked(length))
-        else {
-            let what = format!(
-                "{count} {of} are declared, but the {} bytes that follow cannot hold them",
-                self.rest.len()
-            );
-            return Err(self.error(what));
-        };
-        self.rest = rest;
-        Ok(found)
-    }
-
-    fn count(&mut self, of: &str) -> Result<usize> {
-        let number = self
-            .take(1, 4, of)?
-            .iter()
-            .fold(0u32, |n, byte| n << 8 | u32::from(*byte));
-        // Indices have a sign, and a negative count is none.
-        usize::try_from(number as i32)
-            .map_err(|_| self.error(format!("the number of {of} is {}", number as i32)))
-    }
-
-    fn whole(&mut self, count: usize) -> Result<Vec<u64>> {
-        let found = self.take(count, 4, "whole numbers")?.chunks_exact(4);
-        let each = found.map(|bytes| bytes.iter().fold(0, |n, byte| n << 8 | u64::from(*byte)));
-        Ok(each.collect())
-    }
-
-    fn reals(&mut self, count: usize) -> Result<Vec<f64>> {
-        let found = self.take(count, 8, "real numbers")?.chunks_exact(8);
-        let each = found.map(|bytes| bytes.iter().fold(0, |n, byte| n << 8 | u64::from(*byte)));
-        let values: Vec<f64> = each.map(f64::from_bits).collect();
-        match values.iter().position(|value| !value.is_finite()) {
-            None => Ok(values),
-            Some(k) => Err(self.error(format!("entry {k} is {}, which is not finite", values[k]))),
-        }
-    }
-
-    fn end(&self) -> Result<()> {
-        match self.rest.len() {
-            0 => Ok(()),
-            more => Err(self.error(format!(
-                "{more} bytes follow what is declared, as where a file holds several matrices or complex numbers"
-            ))),
-        }
+fn end(scan: &Scan<'_>) -> Result<()> {
+    match scan.rest().len() {
+        0 => Ok(()),
+        more => Err(scan.error_with(
+            format!("{more} bytes follow what is declared, as where a file holds several matrices or complex numbers"),
+            REMEDY,
+        )),
     }
 }
 

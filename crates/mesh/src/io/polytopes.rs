@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
+use super::raw;
 use super::sets::Sets;
 use crate::mesh::{CellBlock, CellKind};
 
@@ -64,20 +65,12 @@ impl Lists {
         let corners = self
             .get(k)
             .ok_or_else(|| format!("there is no face {}", k.saturating_add(1)))?;
-        let kind = match corners.len() {
-            0..3 => return Err(format!("the face {} has {} corners", k + 1, corners.len())),
-            3 => CellKind::Triangle,
-            4 => CellKind::Quadrangle,
-            more => {
-                CellKind::Polygon(u32::try_from(more).map_err(|_| "a face has too many corners")?)
-            }
-        };
+        let count = corners.len();
+        let kind = CellKind::of_corners(count).filter(|kind| kind.dim() == 2);
+        let kind = kind.ok_or_else(|| format!("the face {} has {count} corners", k + 1))?;
         let point = |&number: &i64| {
-            let index = u32::try_from(number.wrapping_sub(1)).ok();
-            index
-                .filter(|&index| index < points.len() as u32)
-                .map(|index| points.start + index)
-                .ok_or_else(|| format!("it names the node {number} of {}", points.len()))
+            let index = raw::index(number, points.len()).map(|index| points.start + index);
+            index.ok_or_else(|| format!("it names the node {number} of {}", points.len()))
         };
         Ok((kind, corners.iter().map(point).collect::<Result<_, _>>()?))
     }

@@ -210,6 +210,20 @@ impl RawNumbers<'_> {
     }
 }
 
+/// The index of what has this number among `count` things that are numbered from 1 on.
+pub fn index(number: i64, count: usize) -> Option<u32> {
+    let index = u32::try_from(number.wrapping_sub(1)).ok()?;
+    ((index as usize) < count).then_some(index)
+}
+
+/// The text in bytes of which the rest is zeros or blanks.
+pub fn text(bytes: &[u8]) -> String {
+    let end = memchr::memchr(0, bytes).unwrap_or(bytes.len());
+    String::from_utf8_lossy(bytes.split_at(end).0)
+        .trim()
+        .to_owned()
+}
+
 /// The first numbers of each row are the nodes of a cell. Their number is a constant, so that the inner loop is unrolled.
 fn first_of_rows<'r, T: Scalar, const READ: usize>(
     nodes: &mut [u32],

@@ -150,6 +150,13 @@ pub fn begins(bytes: &[u8], word: &str) -> bool {
         .is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes()))
 }
 
+/// The first line that is not empty and does not begin with this mark of a comment, without blanks around it.
+pub fn first_line<'a>(bytes: &'a [u8], comment: &[u8]) -> &'a [u8] {
+    let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with(comment));
+    first.unwrap_or_default()
+}
+
 /// Whether a word is among the first few thousand bytes.
 pub fn head_has(bytes: &[u8], word: &str) -> bool {
     let text = start(bytes);

@@ -2,9 +2,12 @@
 //! error states where the cursor is.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::bytes::{self, Bytes};
 use crate::cancel;
 use crate::error::{Error, Place, Result};
+use crate::field::Unread;
 use crate::file;
 
 /// How the numbers at the cursor are written.
@@ -96,14 +99,15 @@ impl<'a> Scan<'a> {
     }
 
     /// The file that this line includes, beneath the folder of the file, where `depth` files are open and `files` were read;
-    /// `None` if it is not there.
+    /// `None` if it is not there, which is reported.
     pub fn included(
         &self,
         folder: &Path,
         name: &str,
         depth: usize,
         files: usize,
-    ) -> Result<Option<PathBuf>> {
+        unread: &mut Vec<Unread>,
+    ) -> Result<Option<(PathBuf, Arc<Bytes>)>> {
         let Some(path) = file::beneath(folder, name) else {
             let what = format!("the included file {name:?} is outside of the folder");
             return Err(self.error_with(what, "put it into the folder of this file or below"));
@@ -112,7 +116,13 @@ impl<'a> Scan<'a> {
             let remedy = "check whether files include themselves";
             return Err(self.error_with("too many files are included", remedy));
         }
-        Ok(Some(path).filter(|path| path.exists()))
+        if !path.exists() {
+            let what = format!("the included file {name}, which is not there");
+            unread.push(Unread::outside("INCLUDE", what));
+            return Ok(None);
+        }
+        let bytes = bytes::read(&path).map_err(Error::io(&path, "read"))?;
+        Ok(Some((path, bytes)))
     }
 
     /// The fewest bytes of an item, as text or in binary.

@@ -117,6 +117,12 @@ impl Field {
         }
     }
 
+    /// The field with values at these of `all` points or cells, of which it names none if they are all.
+    pub(crate) fn only(self, at: Vec<u32>, all: usize) -> Self {
+        let at = if at.len() == all { Vec::new() } else { at };
+        Field { at, ..self }
+    }
+
     /// Number of values this field must have on `mesh`; `None` when an index of `at` is beyond the mesh.
     pub fn expected_len(&self, mesh: &Mesh) -> Option<usize> {
         let rows = match self.on {
@@ -134,11 +140,7 @@ impl Field {
                 }
             }
             Support::Points | Support::Cells => {
-                let all = if self.on == Support::Points {
-                    mesh.points.len()
-                } else {
-                    mesh.cell_count()
-                };
+                let all = mesh.items(self.on);
                 if self.at.iter().any(|&i| i as usize >= all) {
                     return None;
                 }

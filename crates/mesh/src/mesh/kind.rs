@@ -249,6 +249,18 @@ impl CellKind {
             .find(|kind| (kind.dim(), kind.points()) == (dim, points))
     }
 
+    /// The cells of this many corners in turn; `None` for none of them.
+    pub fn of_corners(corners: usize) -> Option<Self> {
+        Some(match corners {
+            0 => return None,
+            1 => K::Vertex,
+            2 => K::Line,
+            3 => K::Triangle,
+            4 => K::Quadrangle,
+            many => K::Polygon(u32::try_from(many).ok()?),
+        })
+    }
+
     /// The complete element of this order, if Gmsh has it.
     pub fn complete(shape: Shape, order: usize) -> Option<Self> {
         let (_, numbers) = COMPLETE.iter().find(|(of, _)| *of == shape)?;

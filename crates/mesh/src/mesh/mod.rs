@@ -32,6 +32,8 @@ pub use triangulation::{FaceGroup, NONE, Triangulation, local_edges, quadratic_e
 pub use union::Union;
 pub(crate) use validate::{all_finite, highest};
 
+use std::ops::Range;
+
 /// A mesh as a file holds it: points, cells of any type, named groups of cells, and fields.
 ///
 /// ```
@@ -183,6 +185,22 @@ impl Mesh {
             Some(*end)
         });
         ends.collect()
+    }
+
+    /// The blocks, each with its cells.
+    pub(crate) fn ranges(&self) -> impl Iterator<Item = (Range<u32>, &CellBlock)> {
+        self.blocks.iter().scan(0, |end, block| {
+            let start = std::mem::replace(end, *end + block.len() as u32);
+            Some((start..*end, block))
+        })
+    }
+
+    /// How many points or cells there are.
+    pub(crate) fn items(&self, on: Support) -> usize {
+        match on {
+            Support::Points => self.points.len(),
+            Support::Cells | Support::CellPoints => self.cell_count(),
+        }
     }
 
     /// Number of cells of one type.

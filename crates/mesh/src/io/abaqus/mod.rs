@@ -9,6 +9,7 @@ mod model;
 mod read;
 mod write;
 
+use super::recognise::{begins, first_line};
 use super::{Native, Read};
 
 pub static FORMAT: Native = Native {
@@ -24,9 +25,7 @@ pub static FORMAT: Native = Native {
 
 /// Whether the first line that is not a comment begins with an asterisk and a known keyword.
 fn recognises(bytes: &[u8]) -> bool {
-    let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
-    let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"**"));
-    let Some(word) = first.and_then(|line| line.strip_prefix(b"*")) else {
+    let Some(word) = first_line(bytes, b"**").strip_prefix(b"*") else {
         return false;
     };
     let known = [
@@ -42,9 +41,5 @@ fn recognises(bytes: &[u8]) -> bool {
         "ELSET",
         "PARAMETER",
     ];
-    let begins = |known: &str| {
-        word.get(..known.len())
-            .is_some_and(|w| w.eq_ignore_ascii_case(known.as_bytes()))
-    };
-    known.iter().any(|known| begins(known))
+    known.iter().any(|known| begins(word, known))
 }

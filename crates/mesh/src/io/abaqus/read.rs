@@ -6,7 +6,7 @@ use std::path::Path;
 use super::build::Model;
 use super::elements::kind;
 use super::model::{Instance, Part, Set, Surface};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::{Tell, Unread};
 use crate::io::Content;
 use crate::io::out::folder_of;
@@ -172,13 +172,11 @@ impl Reader<'_> {
     }
 
     fn include(&mut self, row: &Scan<'_>, name: &str, depth: usize) -> Result<()> {
-        let Some(path) = row.included(self.folder, name, depth, self.files)? else {
-            let what = format!("the included file {name}, which is not there");
-            self.unread.push(Unread::outside("*INCLUDE", what));
-            return Ok(());
-        };
-        let bytes = crate::io::bytes::read(&path).map_err(Error::io(&path, "read"))?;
-        self.file(&path, &bytes, depth + 1)
+        let (folder, files) = (self.folder, self.files);
+        match row.included(folder, name, depth, files, &mut self.unread)? {
+            Some((path, bytes)) => self.file(&path, &bytes, depth + 1),
+            None => Ok(()),
+        }
     }
 
     pub fn part(&mut self) -> &mut Part {

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use crate::error::{Error, Place, Result};
-use crate::io::raw::RawNumbers;
+use crate::io::raw::{self, RawNumbers};
 use crate::io::scalar::Number;
 
 /// Whether these are the bytes of such a file.
@@ -107,11 +107,7 @@ impl<'a> File<'a> {
     }
 
     fn text(&self, at: u64, count: usize) -> Result<String> {
-        let bytes = self.take(at, count)?;
-        let end = memchr::memchr(0, bytes).unwrap_or(bytes.len());
-        Ok(String::from_utf8_lossy(bytes.split_at(end).0)
-            .trim()
-            .to_owned())
+        Ok(raw::text(self.take(at, count)?))
     }
 
     pub fn root(&self) -> Result<Node> {

@@ -23,6 +23,9 @@ use crate::io::sides::usual_order;
 use crate::io::{Content, vectors};
 use crate::mesh::{CellBlock, CellKind, Support};
 
+/// The first and the last number of the elements of a section.
+const RANGE: &str = "ElementRange";
+
 struct Reader {
     sets: Sets,
     /// Cells by the names of the groups that they are in, each with its dimension: cells, nodes, and cells that may be missing.
@@ -78,14 +81,9 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
     let dimension = base.integers()?.first().copied().unwrap_or(3).clamp(1, 3) as u8;
     let aliases = aliases(base)?;
     let times = match base.labelled("BaseIterativeData_t")?.first() {
-        Some(data) => data
-            .child("TimeValues")?
-            .map(|times| times.values())
-            .transpose()?
-            .flatten(),
-        None => None,
+        Some(data) => data.numbers_of("TimeValues")?,
+        None => Vec::new(),
     };
-    let times = times.map_or(Vec::new(), |times| times.to_f64());
     let nodes = base.labelled("Zone_t")?;
     let mut zones = Vec::new();
     for node in &nodes {
@@ -121,12 +119,8 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
             Unread::outside(name, what)
         }));
     }
-    let version = root
-        .child("CGNSLibraryVersion")?
-        .map(|node| node.values())
-        .transpose()?
-        .flatten();
-    let version = version.and_then(|values| values.to_f64().first().map(|n| format!("{n:.1}")));
+    let version = root.numbers_of("CGNSLibraryVersion")?;
+    let version = version.first().map(|n| format!("{n:.1}"));
     let (mut mesh, warnings) = reader.sets.finish();
     vectors::join(&mut mesh.fields);
     Ok(Content {
@@ -231,7 +225,7 @@ impl Reader {
         let mut sections = Vec::new();
         for section in all {
             let first = self.sets.mesh.cell_count() as u32;
-            let range = range(&section)?;
+            let range = section.integers_of(RANGE)?;
             if !self.elements(&section, &points, &faces)? {
                 continue;
             }
@@ -251,12 +245,9 @@ impl Reader {
         let mut cells = Runs::default();
         for &(from, to, first) in &sections {
             let end = first + u32::try_from(to - from + 1).unwrap_or(0);
-            let mut start = 0;
-            for block in &self.sets.mesh.blocks {
-                let of = start.max(first)..end.min(start + block.len() as u32);
-                start += block.len() as u32;
+            for (of, block) in self.sets.mesh.ranges() {
                 if block.kind.dim() == dimension {
-                    cells.push(of);
+                    cells.push(of.start.max(first)..end.min(of.end));
                 }
             }
         }
@@ -370,7 +361,7 @@ impl Reader {
         let named = all.iter().filter(|section| section.integers().is_ok());
         let mut found = Vec::new();
         for section in named {
-            let range = range(section)?;
+            let range = section.integers_of(RANGE)?;
             let known = zone
                 .sections
                 .iter()
@@ -410,26 +401,11 @@ impl Reader {
             }
         }
         // A field of all points or cells names none of them.
-        let (points, cells) = (self.sets.mesh.points.len(), self.sets.mesh.cell_count());
-        for field in &mut self.sets.mesh.fields {
-            if field.at.len()
-                == if field.on == Support::Points {
-                    points
-                } else {
-                    cells
-                }
-            {
-                field.at.clear();
-            }
-        }
+        let mesh = &mut self.sets.mesh;
+        let all = [Support::Points, Support::Cells].map(|on| (on, mesh.items(on)));
+        let fields = mesh.fields.iter_mut();
+        fields
+            .filter(|field| all.contains(&(field.on, field.at.len())))
+            .for_each(|field| field.at.clear());
     }
-}
-
-/// The first and the last number of the elements of a section.
-fn range(section: &Node<'_>) -> Result<Vec<i64>> {
-    let range = section.child("ElementRange")?;
-    Ok(range
-        .map(|range| range.integers())
-        .transpose()?
-        .unwrap_or_default())
 }

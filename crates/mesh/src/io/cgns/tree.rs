@@ -7,7 +7,7 @@ use crate::cancel;
 use crate::error::{Error, Result};
 use crate::field::{Tell, Unread};
 use crate::io::hdf5;
-use crate::io::raw::RawNumbers;
+use crate::io::raw::{self, RawNumbers};
 use crate::mesh::Values;
 
 /// A node with a name, a label that defines its kind, and perhaps data.
@@ -92,6 +92,23 @@ impl<'a> Node<'a> {
         Ok(self.raw()?.map(|numbers| numbers.values()))
     }
 
+    /// The integers of the child of this name; none if there is none.
+    pub fn integers_of(&self, name: &str) -> Result<Vec<i64>> {
+        match self.child(name)? {
+            Some(child) => child.integers(),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// The numbers of the child of this name; none if there are none.
+    pub fn numbers_of(&self, name: &str) -> Result<Vec<f64>> {
+        let values = match self.child(name)? {
+            Some(child) => child.values()?,
+            None => None,
+        };
+        Ok(values.map_or(Vec::new(), |values| values.to_f64()))
+    }
+
     /// The integers of this node.
     pub fn integers(&self) -> Result<Vec<i64>> {
         let numbers = self.raw()?.map(|numbers| numbers.integers());
@@ -111,13 +128,7 @@ impl<'a> Node<'a> {
         } else {
             width
         };
-        let text = |bytes: &[u8]| {
-            let end = memchr::memchr(0, bytes).unwrap_or(bytes.len());
-            String::from_utf8_lossy(bytes.split_at(end).0)
-                .trim()
-                .to_owned()
-        };
-        Ok(bytes.chunks(width).map(text).collect())
+        Ok(bytes.chunks(width).map(raw::text).collect())
     }
 
     /// Adds the numbers of this node and of those below that have not been read, and links; of a name that already exists the
@@ -158,12 +169,18 @@ impl<'a> Node<'a> {
             .try_for_each(|child| child.unread(&at, unread))
     }
 
-    /// The one text of the child with this name.
+    /// Its text, if it has one.
+    pub fn text(&self) -> Result<Option<String>> {
+        let text = self.texts(0)?.into_iter().next();
+        Ok(text.filter(|text| !text.is_empty()))
+    }
+
+    /// The text of the child with this name.
     pub fn text_of(&self, name: &str) -> Result<Option<String>> {
-        let texts = self.child(name)?.map(|child| child.texts(0)).transpose()?;
-        Ok(texts
-            .and_then(|texts| texts.into_iter().next())
-            .filter(|text| !text.is_empty()))
+        match self.child(name)? {
+            Some(child) => child.text(),
+            None => Ok(None),
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Writes CGNS files on HDF5.
 
+use std::ops::Range;
+
 use super::number_of;
 use crate::error::Result;
 use crate::io::hdf5::write::{Data, Group};
@@ -26,21 +28,12 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
     let dim = mesh.dim().max(1);
     let count = mesh.points.len();
     losses.lose_blocks(mesh, |kind| number_of(kind).is_some());
-    let blocks: Vec<(&CellBlock, u32)> = {
-        let firsts = mesh.blocks.iter().scan(0, |next, block| {
-            let first = *next;
-            *next += block.len() as u32;
-            Some((block, first))
-        });
-        firsts
-            .filter(|(block, _)| number_of(block.kind).is_some())
-            .collect()
-    };
+    let blocks = mesh.ranges();
+    let blocks = blocks.filter(|(_, block)| number_of(block.kind).is_some());
+    let blocks: Vec<(Range<u32>, &CellBlock)> = blocks.collect();
     // The number of each element, from 1 on.
     let mut numbers = vec![0_i64; mesh.cell_count()];
-    let written = blocks
-        .iter()
-        .flat_map(|(block, first)| *first..first + block.len() as u32);
+    let written = blocks.iter().flat_map(|(cells, _)| cells.clone());
     written
         .zip(1..)
         .for_each(|(cell, number)| numbers[cell as usize] = number);
@@ -80,11 +73,8 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
         let values = Data::floats(vec![count], move |k| mesh.points[k][axis]);
         node(grid, name, "DataArray_t", "R8").add(" data", values);
     }
-    for (k, (block, first)) in blocks
-        .iter()
-        .filter(|(block, _)| !block.is_empty())
-        .enumerate()
-    {
+    let filled = blocks.iter().filter(|(_, block)| !block.is_empty());
+    for (k, (cells, block)) in filled.clone().enumerate() {
         let kind = block.kind;
         let section = node(zone, &format!("{}_{}", k + 1, kind), "Elements_t", "I4");
         let number = number_of(kind).unwrap_or(0);
@@ -92,7 +82,7 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
             " data",
             Data::integers(INT, vec![2], move |k| if k == 0 { number } else { 0 }),
         );
-        let start = numbers[*first as usize];
+        let start = numbers[cells.start as usize];
         let range = [start, start + block.len() as i64 - 1];
         node(section, "ElementRange", "IndexRange_t", "I4")
             .add(" data", Data::integers(INT, vec![2], move |k| range[k]));
@@ -105,14 +95,11 @@ pub fn write(job: Job<'_>) -> Result<Vec<String>> {
         losses.note("groups are numbered anew, in their order");
     }
     let sets = CellGroups::new(mesh);
-    let alone = |(block, first): &(&CellBlock, u32)| {
-        let mut cells = *first..*first + block.len() as u32;
+    let alone = |(cells, block): &(Range<u32>, &CellBlock)| {
+        let mut cells = cells.clone();
         block.kind.dim() > 0 && cells.all(|cell| sets.sets[sets.set_of(cell) as usize].is_empty())
     };
-    if blocks
-        .iter()
-        .any(|block| !block.0.is_empty() && alone(block))
-    {
+    if filled.clone().any(alone) {
         losses
             .note("the cells in no group are sections, which are groups when they are read again");
     }

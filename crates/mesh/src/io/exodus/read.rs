@@ -42,9 +42,7 @@ struct Reader<'a> {
 /// All times of a file, in the order of its steps.
 pub fn times(path: &Path, bytes: &[u8]) -> Result<Vec<f64>> {
     let file = File::open(path, bytes)?;
-    Ok(file
-        .values("time_whole")?
-        .map_or(Vec::new(), |times| times.to_f64()))
+    file.floats("time_whole")
 }
 
 /// Reads a file with its variables at one time, or at all.
@@ -67,10 +65,7 @@ pub fn read(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
     reader.points()?;
     reader.blocks()?;
     reader.numbers()?;
-    let times = reader
-        .file
-        .values("time_whole")?
-        .map_or(Vec::new(), |times| times.to_f64());
+    let times = reader.file.floats("time_whole")?;
     let mut whole = Vec::new();
     let steps: Vec<(usize, Option<f64>)> = match times.is_empty() {
         // Variables of files without time.
@@ -320,8 +315,7 @@ impl Reader<'_> {
             }
             let what = if name.starts_with("dist_fact_") {
                 // Default values that programs write.
-                let values = self.file.values(&name)?.map(|values| values.to_f64());
-                if values.is_some_and(|values| values.iter().all(|&value| value == 1.0)) {
+                if self.file.floats(&name)?.iter().all(|&value| value == 1.0) {
                     continue;
                 }
                 "the distribution factors"

@@ -218,6 +218,14 @@ impl Group {
         Ok(groups)
     }
 
+    /// The groups in the one at this path; none if there is none.
+    pub fn groups_of(&self, path: &str) -> Result<Vec<(String, Group)>> {
+        match self.group(path)? {
+            Some(group) => group.groups(),
+            None => Ok(Vec::new()),
+        }
+    }
+
     /// The data set at this path below, if there is one.
     pub fn data(&self, path: &str) -> Result<Option<Data>> {
         let path = path.trim_matches('/');

@@ -8,7 +8,7 @@ use super::cells;
 use crate::error::Result;
 use crate::field::{Tell, Unread};
 use crate::io::hdf5::{self, Data, Group};
-use crate::io::raw::{self, Nodes};
+use crate::io::raw::{self, Nodes, index};
 use crate::io::sets::Sets;
 use crate::io::{Content, elements};
 use crate::mesh::{CellBlock, CellKind, Field, Support, Values};
@@ -39,11 +39,7 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<Content> {
         .iter()
         .filter_map(|name| Some(number(name)?.to_string()))
         .collect();
-    let meshes = file
-        .group("ENS_MAA")?
-        .map(|all| all.groups())
-        .transpose()?
-        .unwrap_or_default();
+    let meshes = file.groups_of("ENS_MAA")?;
     let Some((name, mesh)) = meshes.first() else {
         return Err(file.refuse("there is no mesh (ENS_MAA)"));
     };
@@ -143,12 +139,7 @@ impl Reader {
         };
         let mut found = all.groups()?;
         for folder in ["ELEME", "NOEUD"] {
-            found.extend(
-                all.group(folder)?
-                    .map(|all| all.groups())
-                    .transpose()?
-                    .unwrap_or_default(),
-            );
+            found.extend(all.groups_of(folder)?);
         }
         for (name, family) in found {
             let Some(number) = family
@@ -198,12 +189,7 @@ impl Reader {
     fn cells(&mut self, at: &Group) -> Result<Runs> {
         let points = self.sets.mesh.points.len();
         let mut families = Vec::new();
-        let all = at
-            .group("MAI")?
-            .map(|all| all.groups())
-            .transpose()?
-            .unwrap_or_default();
-        for (name, group) in all {
+        for (name, group) in at.groups_of("MAI")? {
             let known = kind_of(&name);
             let polygons = ["POG", "PO2"].contains(&name.as_str());
             let first = self.sets.mesh.cell_count() as u32;
@@ -320,13 +306,7 @@ impl Reader {
     }
 
     fn fields(&mut self) -> Result<()> {
-        let all = self
-            .file
-            .group("CHA")?
-            .map(|all| all.groups())
-            .transpose()?
-            .unwrap_or_default();
-        for (name, field) in all {
+        for (name, field) in self.file.groups_of("CHA")? {
             let components = field.number("NCO").map_or(1, |n| n as usize).max(1);
             if field.text("MAI").is_some_and(|mesh| mesh != self.mesh) {
                 self.unread.tell(
@@ -416,10 +396,6 @@ impl Reader {
         }
         for (on, mut parts) in parts {
             parts.sort_by(|a, b| a.0.first().cmp(&b.0.first()));
-            let all = match on {
-                Support::Points => self.sets.mesh.points.len(),
-                _ => self.sets.mesh.cell_count(),
-            };
             let at: Vec<u32> = parts
                 .iter()
                 .flat_map(|(at, _)| at.iter().copied())
@@ -432,12 +408,13 @@ impl Reader {
                 continue;
             }
             let values = parts.into_iter().flat_map(|(_, values)| values).collect();
-            self.sets.mesh.fields.push(Field {
-                at: if at.len() == all { Vec::new() } else { at },
+            let field = Field {
                 time,
                 step: number,
                 ..Field::new(name, on, components, Values::F64(values))
-            });
+            };
+            let all = self.sets.mesh.items(on);
+            self.sets.mesh.fields.push(field.only(at, all));
         }
         Ok(())
     }
@@ -463,12 +440,6 @@ impl Reader {
 
 fn kind_of(name: &str) -> Option<CellKind> {
     elements::kind(|element| element.med, name)
-}
-
-/// An index from 0 for one from 1.
-fn index(number: i64, count: usize) -> Option<u32> {
-    let index = u32::try_from(number.wrapping_sub(1)).ok()?;
-    ((index as usize) < count).then_some(index)
 }
 
 fn beyond(data: &Data, number: i64, count: usize) -> crate::Error {

@@ -142,10 +142,7 @@ impl OfKind<'_> {
 
 fn of_kinds<'a>(mesh: &'a Mesh, losses: &mut Losses) -> Vec<OfKind<'a>> {
     let mut kinds: BTreeMap<CellKind, OfKind<'a>> = BTreeMap::new();
-    let mut first = 0;
-    for block in &mesh.blocks {
-        let cells = first..first + block.len() as u32;
-        first = cells.end;
+    for (cells, block) in mesh.ranges() {
         let of_kind = kinds.entry(block.kind).or_insert_with(|| OfKind {
             name: elements::name(|element| element.med, block.kind).unwrap_or_default(),
             kind: block.kind,

@@ -89,11 +89,10 @@ fn values(sections: &mut Sections<'_>, kind: Option<CellKind>, mesh: &Mesh) -> R
     } else {
         Support::Cells
     };
-    let all = kind.is_none() || at.len() == mesh.cell_count();
     let columns = columns.into_iter().zip(components);
-    let fields = columns.map(|(values, components)| Field {
-        at: if all { Vec::new() } else { at.clone() },
-        ..Field::new("sol", on, components, Values::F64(values.into()))
+    let fields = columns.map(|(values, components)| {
+        let field = Field::new("sol", on, components, Values::F64(values.into()));
+        field.only(at.clone(), mesh.items(on))
     });
     Ok(fields.collect())
 }

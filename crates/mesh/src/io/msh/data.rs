@@ -92,16 +92,7 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
             .flat_map(|&(_, first, len)| values.get(first..first + len).unwrap_or_default());
         values = rows.copied().collect();
     }
-    let all = if on == Support::Points {
-        builder.mesh.points.len()
-    } else {
-        builder.cell_count() as usize
-    };
-    let at = if order.len() == all {
-        Vec::new()
-    } else {
-        order.iter().map(|row| row.0).collect()
-    };
+    let all = builder.mesh.items(on);
     if order.is_empty() && all > 0 {
         content.unread.tell(
             &head.name,
@@ -109,15 +100,13 @@ pub fn read(reader: &mut Reader<'_>, on: Support) -> Result<()> {
         );
         return Ok(());
     }
-    builder.mesh.fields.push(Field {
-        name: head.name,
-        on,
-        components: head.components,
-        values: Values::F64(values.into()),
-        at,
+    let field = Field {
         time: head.time,
         step: head.step,
-    });
+        ..Field::new(head.name, on, head.components, Values::F64(values.into()))
+    };
+    let at = order.iter().map(|row| row.0).collect();
+    builder.mesh.fields.push(field.only(at, all));
     Ok(())
 }
 

@@ -49,14 +49,14 @@ impl Writer<'_> {
                 field.name
             ));
         }
-        let (section, rows) = match field.on {
-            Support::Points => ("NodeData", self.mesh.points.len()),
-            Support::Cells => ("ElementData", self.mesh.cell_count()),
-            Support::CellPoints => ("ElementNodeData", self.mesh.cell_count()),
+        let section = match field.on {
+            Support::Points => "NodeData",
+            Support::Cells => "ElementData",
+            Support::CellPoints => "ElementNodeData",
         };
         let all: Vec<u32>;
         let at = if field.at.is_empty() {
-            all = (0..rows as u32).collect();
+            all = (0..self.mesh.items(field.on) as u32).collect();
             &all
         } else {
             &field.at

@@ -5,6 +5,7 @@ mod build;
 mod card;
 mod read;
 
+use super::recognise::{begins, first_line};
 use super::{Native, Read, meshio};
 use crate::mesh::CellKind;
 
@@ -27,17 +28,9 @@ const BEGINNINGS: [&str; 27] = [
 ];
 
 fn recognises(bytes: &[u8]) -> bool {
-    let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
-    let first = lines
-        .find(|line| !line.is_empty() && !line.starts_with(b"$"))
-        .unwrap_or_default();
-    let begins = |known: &str| {
-        first
-            .get(..known.len())
-            .is_some_and(|word| word.eq_ignore_ascii_case(known.as_bytes()))
-    };
+    let first = first_line(bytes, b"$");
     let cards = CARDS.iter().map(|(name, ..)| name);
-    (BEGINNINGS.iter().chain(cards)).any(|known| begins(known))
+    (BEGINNINGS.iter().chain(cards)).any(|known| begins(first, known))
         && memchr::memmem::find(&bytes.to_ascii_uppercase(), b"GRID").is_some()
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::CARDS;
 use super::card::{Card, fields};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::field::{Tell, Unread};
 use crate::io::Content;
 use crate::io::out::folder_of;
@@ -158,13 +158,10 @@ impl Reader {
     }
 
     fn include(&mut self, row: &Scan<'_>, folder: &Path, name: &str, depth: usize) -> Result<()> {
-        let Some(path) = row.included(folder, name, depth, self.files)? else {
-            let what = format!("the included file {name}, which is not there");
-            self.unread.push(Unread::outside("INCLUDE", what));
-            return Ok(());
-        };
-        let bytes = crate::io::bytes::read(&path).map_err(Error::io(&path, "read"))?;
-        self.file(Scan::new(&path, &bytes), folder, depth + 1)
+        match row.included(folder, name, depth, self.files, &mut self.unread)? {
+            Some((path, bytes)) => self.file(Scan::new(&path, &bytes), folder, depth + 1),
+            None => Ok(()),
+        }
     }
 
     /// Takes a card that is complete.

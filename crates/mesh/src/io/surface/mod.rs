@@ -24,16 +24,9 @@ struct Surface {
 impl Surface {
     /// The cell of these points, if there is one.
     fn polygon(&mut self, points: &[u32]) -> Option<u32> {
-        let kind = match points.len() {
-            1 => CellKind::Vertex,
-            2 => CellKind::Line,
-            3 => CellKind::Triangle,
-            4 => CellKind::Quadrangle,
-            5.. => CellKind::Polygon(points.len() as u32),
-            0 => {
-                self.others += 1;
-                return None;
-            }
+        let Some(kind) = CellKind::of_corners(points.len()) else {
+            self.others += 1;
+            return None;
         };
         let number = self.builder.new_number();
         Some(self.builder.cell(kind, points, number, 0))

@@ -376,13 +376,9 @@ impl<'a> Reader<'a> {
         for (place, name) in ["property", "material"].into_iter().enumerate() {
             let values: Vec<i32> = self.marks.iter().map(|marks| marks[place]).collect();
             if values.windows(2).any(|pair| pair[0] != pair[1]) {
-                let all = count == self.builder.cell_count();
-                let mut field = Field::new(name, Support::Cells, 1, Values::I32(values.into()));
-                field.at = if all {
-                    Vec::new()
-                } else {
-                    (0..count).collect()
-                };
+                let all = self.builder.cell_count() as usize;
+                let field = Field::new(name, Support::Cells, 1, Values::I32(values.into()));
+                let field = field.only((0..count).collect(), all);
                 self.builder.mesh.fields.push(field);
             }
         }

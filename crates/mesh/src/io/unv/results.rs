@@ -106,21 +106,18 @@ pub fn read(reader: &mut Reader<'_>, dataset: u64) -> Result<()> {
         return Ok(());
     }
     let mesh = &mut reader.builder.mesh;
-    let (on, all) = match on {
-        1 => (Support::Points, mesh.points.len()),
-        _ => (Support::Cells, mesh.cell_count()),
+    let on = match on {
+        1 => Support::Points,
+        _ => Support::Cells,
     };
-    let at = match rows.len() == all {
-        true => Vec::new(),
-        false => rows.iter().map(|(at, _)| *at).collect(),
-    };
+    let at = rows.iter().map(|(at, _)| *at).collect();
     let values = rows.into_iter().flat_map(|(_, values)| values).collect();
-    mesh.fields.push(Field {
-        at,
+    let field = Field {
         time,
         step: step.and_then(|step| i32::try_from(step).ok()),
         ..Field::new(name, on, components, Values::F64(values))
-    });
+    };
+    mesh.fields.push(field.only(at, mesh.items(on)));
     Ok(())
 }
 

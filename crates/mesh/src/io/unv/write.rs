@@ -164,12 +164,7 @@ fn result(out: &mut Out, mesh: &Mesh, field: &Field, losses: &mut Losses) {
     if !matches!(field.values, Values::F64(_)) {
         losses.note(format!("the field {:?} is written as binary64", field.name));
     }
-    let all = if place == 1 {
-        mesh.points.len()
-    } else {
-        mesh.cell_count()
-    };
-    let every: Vec<u32> = (0..all as u32).collect();
+    let every: Vec<u32> = (0..mesh.items(field.on) as u32).collect();
     let at = if field.at.is_empty() {
         &every
     } else {

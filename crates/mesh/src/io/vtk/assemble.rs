@@ -9,7 +9,7 @@ use crate::io::raw::RawNumbers;
 use crate::io::vtu::cells::POLYHEDRON;
 use crate::io::vtu::grids::Extent;
 use crate::io::vtu::lattice::Order;
-use crate::io::vtu::topology::{Cells, Source};
+use crate::io::vtu::topology::{Cells, Source, is_uneven};
 use crate::io::vtu::xml::Grid;
 use crate::mesh::{Field, Polyhedra, Support};
 
@@ -117,34 +117,21 @@ impl<'a> Reader<'a> {
             (ends, nodes) = (RawNumbers::of(solids.ends), RawNumbers::of(solids.nodes));
             faces = solids.faces;
         }
-        let (uneven, rows) = self.uneven();
+        let degrees = self.piece.fields.iter().find(|field| {
+            let known = (field.on, &*field.name, field.components);
+            known == (Support::Cells, "HigherOrderDegrees", 3)
+        });
+        let degrees = degrees.map_or(Vec::new(), |field| field.values.to_f64());
         let source = Source {
             codes,
             ends,
             nodes,
             order,
-            uneven: &|cell| rows > cell && uneven[cell],
+            uneven: &|cell| is_uneven(&degrees, cell),
             faces: &|cell| faces.get(&cell).cloned(),
         };
         let appended = cells.append(source, points);
         appended.map_err(|(part, what)| self.scan.error(format!("{part:?} of CELLS: {what}")))
-    }
-
-    /// For each cell, whether the degrees of its directions differ.
-    pub(super) fn uneven(&self) -> (Vec<bool>, usize) {
-        let degrees = self
-            .piece
-            .fields
-            .iter()
-            .filter(|field| field.on == Support::Cells)
-            .find(|field| field.name == "HigherOrderDegrees" && field.components == 3);
-        let degrees = degrees
-            .map(|array| array.values.to_f64())
-            .unwrap_or_default();
-        let uneven = |row: &[f64; 3]| row[0] != row[1] || (row[2] > 1.0 && row[2] != row[0]);
-        let uneven: Vec<bool> = degrees.as_chunks().0.iter().map(uneven).collect();
-        let rows = uneven.len();
-        (uneven, rows)
     }
 }
 

@@ -147,14 +147,10 @@ pub fn read(path: &Path, bytes: &[u8], time: Option<f64>) -> Result<Content> {
 
 impl Reader {
     fn times(&self) -> Result<Vec<f64>> {
-        let Some(steps) = &self.steps else {
-            return Ok(Vec::new());
-        };
-        let values = steps.data("Values")?;
-        Ok(values
-            .map(|data| data.values())
-            .transpose()?
-            .map_or(Vec::new(), |values| values.to_f64()))
+        match self.of_steps("Values")? {
+            Some(data) => Ok(data.values()?.to_f64()),
+            None => Ok(Vec::new()),
+        }
     }
 
     /// The numbers of a data set that are not less than 0.
@@ -172,15 +168,17 @@ impl Reader {
         self.counts(&data, &data.values()?)
     }
 
+    /// The array of this name about the steps.
+    fn of_steps(&self, name: &str) -> Result<Option<Data>> {
+        match &self.steps {
+            Some(steps) => steps.data(name),
+            None => Ok(None),
+        }
+    }
+
     /// A row of an array of the steps; zeros if there is none.
     fn row(&self, name: &str, step: usize, width: usize) -> Result<Vec<usize>> {
-        let mut row = match self
-            .steps
-            .as_ref()
-            .map(|steps| steps.data(name))
-            .transpose()?
-            .flatten()
-        {
+        let mut row = match self.of_steps(name)? {
             Some(data) if step < data.rows().0 => {
                 self.counts(&data, &data.some(step..step + 1)?)?
             }

@@ -264,24 +264,16 @@ fn read_parallel(path: &Path, document: &Document) -> Result<Decoded> {
         all.pieces.extend(piece.pieces);
         all.encoding = piece.encoding;
         all.warnings.extend(piece.warnings);
-        all.unread.extend(
-            piece
-                .unread
-                .into_iter()
-                .filter(|what| !all.unread.contains(what))
-                .collect::<Vec<_>>(),
-        );
+        for Unread { name, what, .. } in piece.unread {
+            all.unread.tell_once(name, what);
+        }
         for array in piece.whole {
-            match all.whole.iter().find(|known| known.name == array.name) {
-                None => all.whole.push(array),
-                Some(known) if known.same_bits(&array) => {}
-                Some(_) => {
-                    let what = format!(
-                        "{:?} of the piece {source:?}, which differs from that of another",
-                        array.name
-                    );
-                    all.unread.tell(&array.name, what);
-                }
+            if let Some(other) = array.join(&mut all.whole) {
+                let what = format!(
+                    "{:?} of the piece {source:?}, which differs from that of another",
+                    other.name
+                );
+                all.unread.tell(&other.name, what);
             }
         }
     }

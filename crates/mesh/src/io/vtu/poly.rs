@@ -8,6 +8,7 @@ use crate::io::Job;
 use crate::io::loss::Losses;
 use crate::mesh::{CellBlock, Field, Group, Mesh, Support};
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Writes a mesh of vertices, lines and polygons; its cells are in this order there.
 pub(super) fn write(job: Job<'_>) -> Result<Vec<String>> {
@@ -25,18 +26,11 @@ fn by_dimension<'m>(mesh: &'m Mesh, losses: &mut Losses) -> Cow<'m, Mesh> {
         return Cow::Borrowed(mesh);
     }
     losses.note("the cells stand in the order of their dimensions");
-    let mut blocks: Vec<(usize, &CellBlock)> = Vec::new();
-    let mut first = 0;
-    for block in &mesh.blocks {
-        blocks.push((first, block));
-        first += block.len();
-    }
+    let mut blocks: Vec<(Range<u32>, &CellBlock)> = mesh.ranges().collect();
     blocks.sort_by_key(|(_, block)| block.kind.dim());
     // The old number of each cell, and the new one.
-    let old: Vec<usize> = blocks
-        .iter()
-        .flat_map(|(first, block)| *first..first + block.len())
-        .collect();
+    let old = blocks.iter().flat_map(|(cells, _)| cells.clone());
+    let old: Vec<usize> = old.map(|cell| cell as usize).collect();
     let mut new = vec![0u32; old.len()];
     for (place, &cell) in old.iter().enumerate() {
         new[cell] = place as u32;

@@ -5,7 +5,7 @@ use super::grids::{Extent, Frame};
 use super::lattice::Order;
 use super::layout::TEXTS;
 use super::merge::Piece;
-use super::topology::{Cells, Part, Source};
+use super::topology::{Cells, Part, Source, is_uneven};
 use super::unpack::Budget;
 use super::xml::{ArrayTag, Grid, POLYGONS, PieceTag, TEXT};
 use crate::error::{Error, Place, Result};
@@ -135,17 +135,12 @@ impl<'a> Decoder<'a> {
             .map(|array| self.array(array, Count::Any))
             .transpose()?;
         let degrees = degrees.map(|values| values.to_f64()).unwrap_or_default();
-        let uneven = |cell: usize| {
-            let row = degrees.get(3 * cell..3 * cell + 3);
-            // The third degree of a cell of dimension 2 may be anything.
-            row.is_some_and(|row| row[0] != row[1] || (row[2] > 1.0 && row[2] != row[0]))
-        };
         let source = Source {
             codes,
             ends,
             nodes,
             order: self.order(),
-            uneven: &uneven,
+            uneven: &|cell| is_uneven(&degrees, cell),
             faces: &faces,
         };
         let appended = cells.append(source, piece.points);

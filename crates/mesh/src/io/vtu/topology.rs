@@ -61,6 +61,13 @@ pub(crate) struct Source<'b, 'f> {
     pub faces: &'f dyn Fn(usize) -> Option<Vec<u32>>,
 }
 
+/// Whether a cell has other degrees in one direction than in another, by the three of each cell.
+pub(crate) fn is_uneven(degrees: &[f64], cell: usize) -> bool {
+    let row = degrees.get(3 * cell..3 * cell + 3);
+    // The third degree of a cell of dimension 2 may be anything.
+    row.is_some_and(|row| row[0] != row[1] || (row[2] > 1.0 && row[2] != row[0]))
+}
+
 impl<'b> Source<'b, 'static> {
     /// Cells without polyhedra and degrees.
     pub fn plain(codes: RawNumbers<'b>, ends: RawNumbers<'b>, nodes: RawNumbers<'b>) -> Self {

@@ -6,6 +6,7 @@ use super::{Members, Reader, Zone, polytopes::face};
 use crate::error::Result;
 use crate::field::Tell;
 use crate::io::cgns::tree::Node;
+use crate::io::raw;
 use crate::io::sets::{self, Runs};
 
 impl Reader {
@@ -78,12 +79,7 @@ impl Reader {
             (false, _) => numbers,
         };
         if on_nodes {
-            let node = |&n: &i64| {
-                u32::try_from(n.wrapping_sub(1))
-                    .ok()
-                    .filter(|&n| n < zone.points.len() as u32)
-                    .map(|n| zone.points.start + n)
-            };
+            let node = |&n: &i64| Some(zone.points.start + raw::index(n, zone.points.len())?);
             return Ok(listed
                 .iter()
                 .map(node)
@@ -153,11 +149,7 @@ fn part_of_grid(structure: &[usize], range: &[i64], location: &str, first: u32) 
 
 pub(super) fn family(node: &Node<'_>) -> Result<Option<String>> {
     match node.labelled("FamilyName_t")?.first() {
-        Some(family) => Ok(family
-            .texts(0)?
-            .into_iter()
-            .next()
-            .filter(|text| !text.is_empty())),
+        Some(family) => family.text(),
         None => Ok(None),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::range;
+use super::RANGE;
 use crate::error::Result;
 use crate::io::cgns::tree::Node;
 use crate::io::cgns::{NFACE, NGON};
@@ -18,7 +18,7 @@ pub(super) fn faces(sections: &[Node<'_>]) -> Result<Vec<(i64, Lists)>> {
             Some(&NFACE) => has_polyhedra = true,
             Some(&NGON) => {
                 faces.push((
-                    range(section)?.first().copied().unwrap_or(1),
+                    section.integers_of(RANGE)?.first().copied().unwrap_or(1),
                     lists(section)?,
                 ));
             }
@@ -45,11 +45,7 @@ pub(super) fn face(
 
 /// The lists of a section, each with its length before it or, since CGNS 4, where they begin given apart.
 pub(super) fn lists(section: &Node<'_>) -> Result<Lists> {
-    let numbers = section.child("ElementConnectivity")?;
-    let mut numbers = numbers
-        .map(|numbers| numbers.integers())
-        .transpose()?
-        .unwrap_or_default();
+    let mut numbers = section.integers_of("ElementConnectivity")?;
     let counts: Vec<i64> = match section.child("ElementStartOffset")? {
         Some(starts) => starts
             .integers()?

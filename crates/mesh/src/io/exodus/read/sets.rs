@@ -4,6 +4,7 @@ use super::Reader;
 use crate::error::Result;
 use crate::field::Tell;
 use crate::io::exodus::cells;
+use crate::io::raw;
 use crate::mesh::Shape;
 
 impl Reader<'_> {
@@ -85,15 +86,12 @@ impl Reader<'_> {
         let sets = known.into_iter().zip(1..).map(|((tag, name), k)| {
             let numbers = self.integers(&format!("{of}_{kind}{k}"))?;
             let index = |number: i64| {
-                let index = u32::try_from(number.wrapping_sub(1)).ok();
-                index
-                    .filter(|&index| (index as usize) < count)
-                    .ok_or_else(|| {
-                        let thing = if of == "node" { "node" } else { "element" };
-                        let what =
-                            format!("the {thing} set {tag} names the {thing} {number} of {count}");
-                        self.file.refuse(what)
-                    })
+                raw::index(number, count).ok_or_else(|| {
+                    let thing = if of == "node" { "node" } else { "element" };
+                    let what =
+                        format!("the {thing} set {tag} names the {thing} {number} of {count}");
+                    self.file.refuse(what)
+                })
             };
             let members = numbers.unwrap_or_default().into_iter().map(index);
             Ok((tag, name, members.collect::<Result<_>>()?))

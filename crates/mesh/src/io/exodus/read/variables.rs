@@ -30,13 +30,8 @@ impl Reader<'_> {
 
     pub(super) fn on_nodes(&mut self, step: usize, time: Option<f64>) -> Result<()> {
         let points = self.sets.mesh.points.len();
-        for (k, name) in self
-            .file
-            .texts("name_nod_var")?
-            .unwrap_or_default()
-            .into_iter()
-            .enumerate()
-        {
+        let names = self.file.texts("name_nod_var")?.unwrap_or_default();
+        for (k, name) in names.into_iter().enumerate() {
             let values =
                 self.variable(&format!("vals_nod_var{}", k + 1), "vals_nod_var", k, step)?;
             match values.filter(|values| values.len() == points && points > 0) {
@@ -59,13 +54,8 @@ impl Reader<'_> {
     }
 
     pub(super) fn on_elements(&mut self, step: usize, time: Option<f64>) -> Result<()> {
-        for (k, name) in self
-            .file
-            .texts("name_elem_var")?
-            .unwrap_or_default()
-            .into_iter()
-            .enumerate()
-        {
+        let names = self.file.texts("name_elem_var")?.unwrap_or_default();
+        for (k, name) in names.into_iter().enumerate() {
             let (mut at, mut parts, mut odd) = (Vec::new(), Vec::new(), 0);
             let mut first = 0;
             for (b, block) in self.blocks.iter().enumerate() {
@@ -91,16 +81,8 @@ impl Reader<'_> {
                 self.unread.tell_once(&name, what);
                 continue;
             }
-            let at = if at.len() == first as usize {
-                Vec::new()
-            } else {
-                at
-            };
-            let field = Field {
-                at,
-                ..Field::new(name, Support::Cells, 1, joined(parts))
-            };
-            self.add(field, step, time);
+            let field = Field::new(name, Support::Cells, 1, joined(parts));
+            self.add(field.only(at, first as usize), step, time);
         }
         Ok(())
     }
@@ -113,10 +95,7 @@ impl Reader<'_> {
         whole: &mut Vec<GlobalArray>,
     ) -> Result<()> {
         let names = self.file.texts("name_glo_var")?.unwrap_or_default();
-        let values = self
-            .file
-            .values("vals_glo_var")?
-            .map_or(Vec::new(), |values| values.to_f64());
+        let values = self.file.floats("vals_glo_var")?;
         let kept = |row: &usize| time.is_none() || times.get(*row).copied() == time;
         for (k, name) in names.iter().enumerate() {
             let rows = values.chunks_exact(names.len()).enumerate();

@@ -60,10 +60,7 @@ pub(super) fn plan<'a>(mesh: &'a Mesh, dimension: usize, losses: &mut Losses) ->
     };
     let kept: Vec<Vec<u32>> = sets.sets.iter().map(kept).collect();
     let mut places: HashMap<(CellKind, &[u32]), usize> = HashMap::new();
-    let mut ends = mesh.blocks.iter().scan(0, |end, block| {
-        *end += block.len() as u32;
-        Some((block.kind, *end))
-    });
+    let mut ends = mesh.ranges().map(|(cells, block)| (block.kind, cells.end));
     let (mut kind, mut end) = (CellKind::Vertex, 0);
     // The block of the last cell, which is mostly that of the next.
     let mut last: Option<(CellKind, u32, usize)> = None;

@@ -39,13 +39,9 @@ impl Reader<'_> {
                         components: components.max(1),
                         ..GlobalArray::numbers(name, item.values())
                     };
-                    match self.whole.iter().find(|known| known.name == array.name) {
-                        None => self.whole.push(array),
-                        Some(known) if known.same_bits(&array) => {}
-                        Some(_) => {
-                            let what = format!("{:?} of further grids, which differs", array.name);
-                            self.unread.tell(&array.name, what);
-                        }
+                    if let Some(other) = array.join(&mut self.whole) {
+                        let what = format!("{:?} of further grids, which differs", other.name);
+                        self.unread.tell(&other.name, what);
                     }
                     continue;
                 }
@@ -84,10 +80,7 @@ impl Reader<'_> {
         if rows == 0 || values == 0 || !values.is_multiple_of(rows) {
             return Err(self.refuse(grid, format!("{name:?} has {values} values on {rows} {on}")));
         }
-        let all = match on {
-            Support::Points => self.sets.mesh.points.len(),
-            _ => self.sets.mesh.cell_count(),
-        };
+        let all = self.sets.mesh.items(on);
         let time = grid.time;
         // The parts of a spatial collection make one field.
         let fields = &mut self.sets.mesh.fields;
@@ -108,15 +101,11 @@ impl Reader<'_> {
             }
             return Ok(());
         }
-        fields.push(Field {
-            at: if rows == all {
-                Vec::new()
-            } else {
-                range.collect()
-            },
+        let field = Field {
             time,
             ..Field::new(name, on, components, item.values())
-        });
+        };
+        fields.push(field.only(range.collect(), all));
         Ok(())
     }
 
@@ -201,12 +190,13 @@ impl Reader<'_> {
             Support::CellPoints
         };
         let values = Values::F64(turned.collect());
-        let all = count == mesh.cell_count();
-        self.sets.mesh.fields.push(Field {
-            at: if all { Vec::new() } else { range.collect() },
+        let all = mesh.cell_count();
+        let field = Field {
             time: grid.time,
             ..Field::new(name, on, components, values)
-        });
+        };
+        let field = field.only(range.collect(), all);
+        self.sets.mesh.fields.push(field);
         Ok(Ok(()))
     }
 }
