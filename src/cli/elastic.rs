@@ -100,7 +100,11 @@ pub(super) fn solve(arguments: &Solve, to: &Output) -> Result<u8> {
     }
     let method = arguments.method.unwrap_or_else(Method::cr);
     let name = &arguments.scene;
-    let mut of = FaceOff::read_by(name.as_ref(), &method, &[arguments.engine.clone()])?;
+    let mut of = FaceOff::read_by(
+        name.as_ref(),
+        &method,
+        std::slice::from_ref(&arguments.engine),
+    )?;
     let programs = of.codes.iter().filter_map(Code::program);
     may_start("solve", name.as_ref(), false, programs)?;
     let gamma0 = arguments
