@@ -157,7 +157,7 @@ fn extremes_and_ranges_are_swept() {
     ] {
         assert!(names.contains(&name), "{names:?}");
     }
-    // With a coefficient of 10, which Coulomb's problem need not have a solution for, Newton's method does not converge on every mesh, and that is no agreement.
+    // With a coefficient of 10 there are several solutions, and Newton's method does not converge to one of them on every mesh, which is no agreement.
     let words = "stress friction-patch --methods cr --families friction --json o.json";
     let ran = run(at, &words.split(' ').collect::<Vec<_>>());
     assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
@@ -270,6 +270,32 @@ fn nearly_incompressible_bodies_lock_with_p1_alone() {
         order(0),
         order(1)
     );
+}
+
+/// Coulomb's problem with a large coefficient has several solutions: that of the patch test, which Tresca's with the same friction has too, and one in
+/// which a part sticks. Both solve the same equations.
+#[test]
+fn friction_with_a_large_coefficient_has_several_solutions() {
+    let folder = folder();
+    let at = folder.path();
+    let coulomb = scene(at, "friction-patch", "q = 0.4", "q = 3.0");
+    let text = fs::read_to_string(at.join(&coulomb)).unwrap();
+    let tresca = text.replacen("coulomb = \"q\"", "friction = \"q*p*E\"", 1);
+    assert_ne!(text, tresca);
+    write(at, "tresca.toml", &tresca);
+    let error = |scene: &str| {
+        let words = [
+            "solve", scene, "--n", "4", "--out", "u.vtu", "--json", "o.json",
+        ];
+        let ran = run(at, &words);
+        assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+        let told = read(at);
+        let ran = run(at, &["judge", "u.vtu", "--scene", &coulomb, "--n", "4"]);
+        assert_eq!(ran.code, Some(0), "{scene}: {}{}", ran.stdout, ran.stderr);
+        told["numbers"]["error"]["value"].as_f64().unwrap()
+    };
+    let found = [&*coulomb, "tresca.toml"].map(error);
+    assert!(found[0] > 1e-3 && found[1] < 1e-25, "{found:?}");
 }
 
 /// One code solves a scene, and writes u, stress and what is known on Γ_C, which are exact in the patch test.
