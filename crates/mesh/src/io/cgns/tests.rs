@@ -148,3 +148,26 @@ fn polyhedra_are_cells_and_their_faces_where_conditions_name_them() {
         assert!(error.contains("Solids") && error.contains(what), "{error}");
     }
 }
+
+/// A group without a name, or one that holds itself, would be read without end.
+#[test]
+fn groups_without_names_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("nameless.cgns");
+    let mut file = Group::default();
+    describe(&mut file, "HDF5 MotherNode", "Root Node of HDF5 File", "MT");
+    let version = Data::floats(vec![1], |_| 4.0);
+    node(
+        &mut file,
+        "CGNSLibraryVersion",
+        "CGNSLibraryVersion_t",
+        "R8",
+    )
+    .add(" data", version);
+    node(&mut file, "Base", "CGNSBase_t", "I4")
+        .member("")
+        .member("inside");
+    file.save(&path).unwrap();
+    let refused = io::open(&path, None).unwrap_err().to_string();
+    assert!(refused.contains("has no name"), "{refused}");
+}

@@ -162,6 +162,10 @@ fn write_fields<'a>(
             (Support::Cells, Some(at)) => on_full(at),
             _ => false,
         };
+        if field.name.is_empty() {
+            losses.lose_field(field.name, field.on);
+            continue;
+        }
         if !fits {
             losses.lose(format!(
                 "the field {:?} on {}, other than those of the highest dimension",

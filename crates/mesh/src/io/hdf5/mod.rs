@@ -80,6 +80,9 @@ pub fn is_hdf5(bytes: &[u8]) -> bool {
     found.any(|start| start == SIGNATURE)
 }
 
+/// Groups within groups: more than any format has.
+const DEEPEST: usize = 100;
+
 /// A group of a file.
 #[derive(Clone)]
 pub struct Group {
@@ -188,9 +191,13 @@ impl Group {
     /// The names of the groups and of the data sets in it, each in the order of the file.
     pub fn names(&self) -> Result<(Vec<String>, Vec<String>)> {
         cancel::check()?;
-        self.group
-            .member_names()
-            .map_err(|e| self.refuse(e.to_string()))
+        let names = self.group.member_names();
+        let names = names.map_err(|e| self.refuse(e.to_string()))?;
+        // Without a name a group would be found again and again in itself.
+        match names.0.iter().any(String::is_empty) {
+            true => Err(self.refuse("a group in it has no name")),
+            false => Ok(names),
+        }
     }
 
     /// The group at this path below, if there is one.
@@ -202,6 +209,9 @@ impl Group {
                 return Ok(None);
             };
             let name = at.below(part);
+            if name.matches('/').count() > DEEPEST {
+                return Err(at.refuse("its groups are nested too deeply: one may hold itself"));
+            }
             at = Group { group, name, ..at };
         }
         Ok(Some(at))

@@ -65,6 +65,24 @@ fn values(mesh: &Mesh, name: &str) -> Vec<(Option<f64>, Vec<f64>)> {
     all
 }
 
+/// What has no name in HDF5 is found again and again in itself.
+#[test]
+fn a_field_without_a_name_is_lost_or_comes_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for (format, suffix) in FORMATS {
+        let path = folder.path().join(format!("nameless.{suffix}"));
+        let mut mesh = cubes();
+        mesh.fields[0].name = String::new();
+        let losses = io::write(&path, &mesh, &options(format));
+        if let Ok(losses) = losses {
+            let back = io::open(&path, None).unwrap().mesh;
+            let is_there = back.fields.iter().any(|field| field.name.is_empty());
+            let is_lost = losses.iter().any(|of| of.contains("\"\""));
+            assert!(is_there || is_lost, "{format}: {losses:?}");
+        }
+    }
+}
+
 #[test]
 fn groups_fields_and_times_come_back() {
     let folder = tempfile::tempdir().unwrap();

@@ -252,6 +252,10 @@ fn write_fields<'a>(
     let mut steps: BTreeMap<&str, i64> = BTreeMap::new();
     let mut seen: Vec<(String, Option<u64>, Support)> = Vec::new();
     for field in &mesh.fields {
+        if field.name.is_empty() {
+            losses.lose_field(&field.name, field.on);
+            continue;
+        }
         let key = (field.name.clone(), field.time.map(f64::to_bits), field.on);
         let name: String = field
             .name
