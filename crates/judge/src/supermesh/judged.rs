@@ -338,7 +338,7 @@ fn domain_row(side: &Domain, uncovered: &Uncovered, allowed: Option<f64>) -> Opt
     let part = uncovered.measure / side.measure;
     let at = side.side.centroid(cell as usize).unwrap_or_default();
     let far = match side.is_surface {
-        true => ", or it is further away than a tenth of the cells' size",
+        true => ", or more than once, or it is further away than a tenth of the cells' size",
         false => "",
     };
     let reason = format!(

@@ -187,7 +187,7 @@ fn keep_one_sheet([a, b]: [&Domain; 2], piece: &Piece, others: &mut Vec<&Piece>)
     found.iter().fold(0.0, |most, (.., rise)| rise.max(most))
 }
 
-/// The part of the cells of a domain that the other mesh does not cover.
+/// The part of the cells of a domain that the other mesh does not cover, or of a surface in space covers more than once.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Uncovered {
     pub measure: f64,
@@ -210,7 +210,11 @@ impl Uncovered {
         let mut found = Uncovered::default();
         let mut largest = 0.0;
         for (cell, (whole, covered)) in (0..).zip(whole.iter().zip(covered)) {
-            let alone = whole - covered;
+            // Cells in a plane that overlap were refused. Of a surface, the other may have two sheets here.
+            let alone = match side.is_surface {
+                true => (whole - covered).abs(),
+                false => whole - covered,
+            };
             found.measure += alone;
             // In a cell as small as the rounding, a part is still a part.
             if alone > allowed[cell as usize].min(1e-2 * whole) {

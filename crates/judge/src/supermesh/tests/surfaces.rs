@@ -290,6 +290,18 @@ fn sheets_are_kept_apart() {
         found.fields
     );
     assert!(domain_agrees(&found) && distance(&found) < 1e-12);
+    // Two layers that turn the same way are not one, although their values are.
+    let layers = |heights: &[f64], n: usize| {
+        let all = heights.iter().map(|z| grid(2, n, 3, |[x, y, _]| [x, y, *z + 0.1 * x]));
+        let cells = all.collect::<Vec<_>>().concat();
+        with(on_surface("l", triangle(1), &cells), "u", |_| 1.0)
+    };
+    let (one, two) = (layers(&[0.0], 4), layers(&[0.0, 0.005], 5));
+    for (a, b) in [(&one, &two), (&two, &one)] {
+        let found = compare(a, b).unwrap();
+        assert!(!domain_agrees(&found), "{:?}", found.intersection);
+        assert_eq!(found.fields[0].field.verdict, Verdict::Agree);
+    }
     let s = |factor: f64, n: usize| {
         let cells: Vec<Vec<[f64; 3]>> = sphere(n, 0.0)
             .into_iter()
