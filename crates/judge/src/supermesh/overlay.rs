@@ -210,9 +210,10 @@ impl Uncovered {
         let mut found = Uncovered::default();
         let mut largest = 0.0;
         for (cell, (whole, covered)) in (0..).zip(whole.iter().zip(covered)) {
-            // Cells in a plane that overlap were refused. Of a surface, the other may have two sheets here.
-            let alone = match side.is_surface {
-                true => (whole - covered).abs(),
+            // Cells in a plane that overlap were refused. Of a surface, the other may have two sheets here; a little is covered twice where they meet
+            // in an edge.
+            let alone = match side.is_surface && *covered > 1.25 * whole {
+                true => covered - whole,
                 false => whole - covered,
             };
             found.measure += alone;
