@@ -292,9 +292,9 @@ fn sheets_are_kept_apart() {
     assert!(domain_agrees(&found) && distance(&found) < 1e-12);
     // Two layers that turn the same way are not one, although their values are.
     let layers = |heights: &[f64], n: usize| {
-        let all = heights
-            .iter()
-            .map(|z| grid(2, n, 3, |[x, y, _]| [x, y, *z + 0.1 * x]));
+        // Along the normal, so that their projections have the same boundary.
+        let layer = |by: &f64| grid(2, n, 3, |[x, y, _]| [x - 0.1 * by, y, 0.1 * x + by]);
+        let all = heights.iter().map(layer);
         let cells = all.collect::<Vec<_>>().concat();
         with(on_surface("l", triangle(1), &cells), "u", |_| 1.0)
     };
