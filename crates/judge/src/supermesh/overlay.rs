@@ -72,19 +72,16 @@ pub(super) fn overlay<State: Send>(
             let size = measure(dim, &of_a);
             others.clear();
             b.tree.query(&a.reach(piece), |other| {
-                others.push(&b.pieces[other as usize])
+                others.push((&b.pieces[other as usize], 0.0))
             });
             if a.is_surface {
                 distance = distance.max(keep_one_sheet([a, b], piece, &mut others));
             }
-            for other in &others {
+            for (other, in_other) in &others {
                 let mut of_b = b.simplex(other, &frame);
                 turn_left(dim, &mut of_b);
                 let common = clip(dim, &of_a, &of_b, &mut simplices, &mut scratch);
-                let in_other = match a.is_surface {
-                    true => projected([b, a], other, piece).0,
-                    false => common,
-                };
+                let in_other = if a.is_surface { *in_other } else { common };
                 if common > 0.0 || in_other > 0.0 {
                     covered.push(([piece.cell, other.cell], [common, in_other]));
                 }
@@ -156,16 +153,17 @@ fn projected([a, b]: [&Domain; 2], piece: &Piece, other: &Piece) -> (f64, f64) {
     (common, b.rise(other, &frame, &cut))
 }
 
-/// Keeps those pieces of another surface that are the same part of the surface as this one, and returns the largest distance: pieces whose planes
+/// Keeps those pieces of another surface that are the same part of the surface as this one, each with what the two have in common in its plane, and
+/// returns the largest distance: pieces whose planes
 /// are within 60° of each other and no further apart than [`APART`]. Where two sheets of the other are as near as that, as at
 /// the trailing edge of a wing, they turn about opposite normals, and the nearer one is kept.
-fn keep_one_sheet([a, b]: [&Domain; 2], piece: &Piece, others: &mut Vec<&Piece>) -> f64 {
+fn keep_one_sheet([a, b]: [&Domain; 2], piece: &Piece, others: &mut Vec<(&Piece, f64)>) -> f64 {
     let frame = a.frame(piece);
     let size = a.piece_measure(piece);
     // Area, and distance times area, of those that turn the same way and of those that turn the other.
     let mut sheets = [[0.0; 2]; 2];
     let mut found = Vec::with_capacity(others.len());
-    for other in others.drain(..) {
+    for (other, _) in others.drain(..) {
         let cosine = frame.cosine(&b.frame(other));
         let (common, rise) = projected([a, b], piece, other);
         let (in_other, rise_in_other) = projected([b, a], other, piece);
@@ -175,7 +173,11 @@ fn keep_one_sheet([a, b]: [&Domain; 2], piece: &Piece, others: &mut Vec<&Piece>)
             let sheet = usize::from(cosine < 0.0);
             sheets[sheet][0] += common;
             sheets[sheet][1] += common * rise;
-            found.push((sheet, other, if common > 0.0 { rise } else { 0.0 }));
+            found.push((
+                sheet,
+                (other, in_other),
+                if common > 0.0 { rise } else { 0.0 },
+            ));
         }
     }
     let [same, opposite] = sheets;
