@@ -89,23 +89,52 @@ impl Functionals {
     /// # Errors
     /// A result on another mesh, and fields that are missing or are not functions of the spaces.
     pub fn of(&self, source: &Mesh, result: &Mesh, unit: f64) -> Result<Vec<f64>> {
+        let (assembler, u) = self.read(source, result, unit)?;
+        let mut found = vec![0.0; self.count];
+        for of_cell in self.on_cells(&assembler, &u).chunks(self.count.max(1)) {
+            found
+                .iter_mut()
+                .zip(of_cell)
+                .for_each(|(sum, of)| *sum += of);
+        }
+        Ok(found)
+    }
+
+    /// The assembler of these integrals on a mesh, and the dofs of a result there.
+    ///
+    /// # Errors
+    /// Those of [`Functionals::of`].
+    pub(super) fn read(
+        &self,
+        source: &Mesh,
+        result: &Mesh,
+        unit: f64,
+    ) -> Result<(Assembler, Vec<f64>)> {
         let assembler = Assembler::of(&self.problem, source, &self.integrals, false)?;
-        let Assembler { mesh, dofs, .. } = &assembler;
         let u = read(&assembler, result, unit)?;
+        Ok((assembler, u))
+    }
+
+    /// The part of each cell in the numbers: a row of them for each.
+    pub(super) fn on_cells(&self, assembler: &Assembler, u: &[f64]) -> Vec<f64> {
+        let Assembler { mesh, dofs, .. } = assembler;
         let parameters: Vec<f64> = self.problem.parameters.iter().map(|p| p.value).collect();
         let state = State {
-            u: &u,
+            u,
             old: &[],
             parameters: &parameters,
         };
         let weight = self.problem.unknowns.len() - 1;
-        let mut found = vec![0.0; self.count];
+        let mut found = vec![0.0; mesh.cell_count() * self.count];
         for (k, owner) in self.owners.iter().enumerate() {
             let system = assembler.assemble_only(k, state, Wanted::Residual);
-            let nodes = (0..mesh.cell_count()).flat_map(|cell| dofs.of_cell(weight, cell));
-            let dofs = nodes.flat_map(|node| dofs.of_node(*node));
-            found[*owner] += dofs.map(|dof| system.residual[dof]).sum::<f64>();
+            for cell in 0..mesh.cell_count() {
+                let nodes = dofs.of_cell(weight, cell).iter();
+                let of_cell = nodes.flat_map(|node| dofs.of_node(*node));
+                let sum: f64 = of_cell.map(|dof| system.residual[dof]).sum();
+                found[cell * self.count + owner] += sum;
+            }
         }
-        Ok(found)
+        found
     }
 }

@@ -3,11 +3,8 @@
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::{Field, Mesh, Support, Values};
 
-use super::assemble::{Assembler, Wanted};
-use super::batch::State;
 use super::functional::Functionals;
 use super::output::output;
-use super::read::read;
 use crate::problem::Problem;
 
 /// The unknowns of a result, whose numbers were written with this relative error, and a field of the means of formulas, one for each component.
@@ -27,26 +24,8 @@ pub fn with_means(
         all.add(&format!("({text})*dx"))
             .map_err(|fault| Error::usage(fault.what, fault.remedy))?;
     }
-    let assembler = Assembler::of(&all.problem, source, &all.integrals, false)?;
-    let Assembler { mesh, dofs, .. } = &assembler;
-    let u = read(&assembler, result, unit)?;
-    let parameters: Vec<f64> = all.problem.parameters.iter().map(|p| p.value).collect();
-    let state = State {
-        u: &u,
-        old: &[],
-        parameters: &parameters,
-    };
-    let weight = all.problem.unknowns.len() - 1;
-    let mut sums = vec![0.0; mesh.cell_count() * all.count];
-    for (k, owner) in all.owners.iter().enumerate() {
-        let system = assembler.assemble_only(k, state, Wanted::Residual);
-        for cell in 0..mesh.cell_count() {
-            let nodes = dofs.of_cell(weight, cell).iter();
-            let of_cell = nodes.flat_map(|node| dofs.of_node(*node));
-            let sum: f64 = of_cell.map(|dof| system.residual[dof]).sum();
-            sums[cell * all.count + owner] += sum;
-        }
-    }
+    let (assembler, u) = all.read(source, result, unit)?;
+    let sums = all.on_cells(&assembler, &u);
     let means = sums.chunks(all.count).flat_map(|of_cell| {
         let measure = of_cell[all.count - 1];
         of_cell[..all.count - 1]
@@ -56,7 +35,7 @@ pub fn with_means(
     let means = Values::F64(means.collect::<Vec<f64>>().into());
     let (mut cells, mut fields) = output(&assembler, &u);
     // The test function without a name.
-    fields.truncate(weight);
+    fields.truncate(problem.unknowns.len());
     fields.push(Field::new(name, Support::Cells, components.len(), means));
     cells.fields = fields;
     Ok(cells)
