@@ -10,29 +10,29 @@ use crate::run::FaceOff;
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::mesh::Mesh;
 
-/// What was found.
+/// A solution of one code, with its integrals.
 #[derive(Debug, Serialize)]
 pub struct Solved {
-    /// That of the scene and the method.
+    /// The scene and the method, as in `contact-patch-cr`.
     pub name: String,
     /// The code.
     pub engine: String,
-    /// The refinement.
+    /// The refinement of the mesh, if it has one.
     pub n: Option<usize>,
-    /// How many there are.
+    /// The number of cells.
     pub cells: usize,
-    /// How many facets Γ_C has.
+    /// The number of facets on Γ_C.
     pub facets: usize,
     /// The largest |u| at a node of a cell.
     pub largest: f64,
-    /// Of what the scene has.
+    /// The values of the scene's parameters, as they were given.
     pub parameters: BTreeMap<String, String>,
     /// Integrals of the solution.
     pub numbers: BTreeMap<String, NumberFound>,
-    /// Relative, where the solution is known.
+    /// The relative errors; none where the solution is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<Errors>,
-    /// For our own solver all of its work.
+    /// Wall time; for our own solver, of assembly and solving together.
     pub seconds: f64,
     /// u and the mean stress of each cell.
     #[serde(skip)]
@@ -45,9 +45,9 @@ pub struct Solved {
 /// A number of the scene.
 #[derive(Debug, Serialize)]
 pub struct NumberFound {
-    /// Of the solution.
+    /// Its value for this solution.
     pub value: f64,
-    /// What is known of it.
+    /// The exact value, where it is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exact: Option<f64>,
 }
@@ -55,9 +55,9 @@ pub struct NumberFound {
 /// Relative errors.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Errors {
-    /// Of the gradient, cell by cell.
+    /// ‖∇(u - u_h)‖/‖∇u‖, cell by cell; none for fields constant on cells.
     pub h1: Option<f64>,
-    /// Of u.
+    /// ‖u - u_h‖/‖u‖.
     pub l2: f64,
 }
 
