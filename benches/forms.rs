@@ -270,13 +270,12 @@ fn told(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Outcome<f6
         .output()?;
     let text = String::from_utf8_lossy(&ran.stdout);
     let time = text.lines().find_map(|line| line.strip_prefix("TIME "));
-    let time = time.ok_or_else(|| {
-        String::from_utf8_lossy(&ran.stderr)
-            .lines()
-            .last()
-            .unwrap_or_default()
-            .to_owned()
-    })?;
+    // The time of a method that failed is no time of a solution.
+    let Some(time) = time.filter(|_| ran.status.success()) else {
+        let said = [&ran.stderr, &ran.stdout].map(|text| String::from_utf8_lossy(text));
+        let last = said.iter().find_map(|text| text.trim_end().lines().last());
+        return Err(format!("{}: {}", ran.status, last.unwrap_or_default()).into());
+    };
     Ok(time.parse()?)
 }
 

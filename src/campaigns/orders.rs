@@ -285,8 +285,11 @@ mod tests {
     /// Each on meshes fine enough for it: those that do not show their order yet get finer ones.
     #[test]
     fn every_exact_scene_converges_with_every_method() {
-        for scene in Scene::exact_names() {
-            let mut left: Vec<Method> = METHODS.map(|m| m.parse().unwrap()).to_vec();
+        for (k, scene) in Scene::exact_names().into_iter().enumerate() {
+            let methods = (k..)
+                .zip(METHODS)
+                .filter(|(k, _)| crate::run::is_in_turn(*k));
+            let mut left: Vec<Method> = methods.map(|(_, m)| m.parse().unwrap()).collect();
             for n in [[8, 16, 32], [16, 32, 64], [32, 64, 128]] {
                 let scenes = [Scene::find(scene).unwrap()];
                 let all = orders(&scenes, &left, &n, &Settings::default(), &Silent).unwrap();

@@ -1,6 +1,7 @@
 //! The forms in examples/forms and others, as scripts of all codes, run on one mesh: the fields agree to rounding.
 //!
-//! All codes must be there: tests/run installs them.
+//! Each form is run by three codes in turn, beside our solver, and by all codes in `tests/run --all`. All codes must be there: tests/run
+//! installs them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -173,20 +174,33 @@ fn chosen() -> Vec<&'static str> {
     given.split(',').map(find).collect()
 }
 
-/// Runs all codes that have what a form needs, and returns those that lack something, with what.
+/// Runs codes that have what a form needs, and returns those of all that lack something, with what.
 fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
     let problem =
         Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
     let mut lacking = Vec::new();
     let mut results = vec![("rust", ours(&problem, mesh))];
     let chosen = chosen();
+    let mut able = Vec::new();
     for code in CODES.iter().filter(|code| chosen.contains(&code.name)) {
         match code.script(&problem) {
             Err(why) => lacking.push((code.name, why)),
-            Ok(script) => {
-                results.push((code.name, run(code, &problem, mesh, &script)));
-            }
+            Ok(script) => able.push((code, script)),
         }
+    }
+    if !["FACEOFF_CODES", "FACEOFF_SCENES"]
+        .map(std::env::var_os)
+        .iter()
+        .any(Option::is_some)
+    {
+        // The first three, beginning with another one for each form.
+        let first = text.bytes().map(usize::from).sum::<usize>();
+        let count = able.len().max(1);
+        able.rotate_left(first % count);
+        able.truncate(3);
+    }
+    for (code, script) in able {
+        results.push((code.name, run(code, &problem, mesh, &script)));
     }
     let (first, reference) = &results[0];
     let mut line = format!("{:<18} {first}", problem.name);

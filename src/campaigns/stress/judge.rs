@@ -279,10 +279,14 @@ mod tests {
             "penalty",
             "multiplier",
         ];
+        let in_turn = (0..)
+            .zip(methods)
+            .filter(|(k, _)| crate::run::is_in_turn(*k));
+        let methods: Vec<Method> = in_turn.map(|(_, m)| m.parse().unwrap()).collect();
         let request = StressRequest {
             scenes: vec![Scene::find("manufactured-3").unwrap()],
             families: vec![],
-            methods: methods.map(|m| m.parse().unwrap()).to_vec(),
+            methods: methods.clone(),
             engines: vec![engine::find("rust").unwrap()],
             settings: Settings::default(),
             is_brief: true,

@@ -411,8 +411,9 @@ mod tests {
     #[test]
     fn discretisations_are_not_misjudged() {
         let mut random = random(63);
-        let mut told = [0; 2];
-        for draw in 0..60 {
+        let (mut told, mut tried) = ([0; 2], 0);
+        for draw in (0..60).filter(|k| crate::run::is_in_turn(k / 2)) {
+            tried += 1;
             let is_off = draw % 2 == 1;
             let mut data = [0; 4].map(|_| 0.5 + 3.0 * random());
             let elements = ["CR", "P1", "P2"].map(|of| (random(), of));
@@ -431,7 +432,7 @@ mod tests {
             assert_ne!(found.found, wrong, "draw {draw}: {found:?}");
             told[usize::from(is_off)] += usize::from(found.found != Found::Unknown);
         }
-        println!("{told:?} of 30 each");
-        assert!(told.iter().all(|told| *told >= 8), "{told:?}");
+        println!("{told:?} of {tried}");
+        assert!(told.iter().all(|told| 8 * told >= tried), "{told:?}");
     }
 }
