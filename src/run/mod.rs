@@ -376,6 +376,12 @@ fn of_settings(settings: &Settings) -> Value {
     })
 }
 
+/// Whether a test takes the k-th case of its list: every third, so that each kind has its turn, and all in `tests/run --all`.
+#[cfg(test)]
+pub(crate) fn is_in_turn(k: usize) -> bool {
+    k.is_multiple_of(3) || std::env::var_os("FACEOFF_SCENES").is_some()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -435,10 +441,4 @@ mod tests {
         assert_eq!(failures.len(), 1);
         assert_eq!(failures[0].message, message);
     }
-}
-
-/// Whether a test takes the k-th case of its list: every third, so that each kind has its turn, and all in `tests/run --all`.
-#[cfg(test)]
-pub(crate) fn is_in_turn(k: usize) -> bool {
-    k.is_multiple_of(3) || std::env::var_os("FACEOFF_SCENES").is_some()
 }
