@@ -1,7 +1,7 @@
 //! The forms in examples/forms and others, as scripts of all codes, run on one mesh: the fields agree to rounding.
 //!
-//! Each form is run by three codes in turn, beside our solver, and by all codes in `tests/run --all`. All codes must be there: tests/run
-//! installs them.
+//! What tests words of the language is run by all codes, other forms by three in turn, and by all in `tests/run --all`. All codes must
+//! be there: tests/run installs them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -174,8 +174,17 @@ fn chosen() -> Vec<&'static str> {
     given.split(',').map(find).collect()
 }
 
+/// Which codes run a form.
+#[derive(Clone, Copy, PartialEq)]
+enum Codes {
+    /// All: what tests words of the language.
+    All,
+    /// Three, beginning with another one for each form.
+    InTurn,
+}
+
 /// Runs codes that have what a form needs, and returns those of all that lack something, with what.
-fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
+fn agree_on(text: &str, mesh: &Mesh, codes: Codes) -> Vec<(&'static str, String)> {
     let problem =
         Problem::parse(Path::new("form.toml"), text, mesh).unwrap_or_else(|e| panic!("{e}"));
     let mut lacking = Vec::new();
@@ -188,12 +197,8 @@ fn agree_on(text: &str, mesh: &Mesh) -> Vec<(&'static str, String)> {
             Ok(script) => able.push((code, script)),
         }
     }
-    if !["FACEOFF_CODES", "FACEOFF_SCENES"]
-        .map(std::env::var_os)
-        .iter()
-        .any(Option::is_some)
-    {
-        // The first three, beginning with another one for each form.
+    let is_whole = ["FACEOFF_CODES", "FACEOFF_SCENES"].map(std::env::var_os);
+    if codes == Codes::InTurn && is_whole.iter().all(Option::is_none) {
         let first = text.bytes().map(usize::from).sum::<usize>();
         let count = able.len().max(1);
         able.rotate_left(first % count);
@@ -270,12 +275,18 @@ fn cantilever() {
     assert_eq!(lacking(&form("cantilever"), &mesh), NONE);
 }
 
-/// The codes that lack what a form needs.
+/// The codes that lack what a form needs, which is run by all others.
+fn lacking_of_all(text: &str, mesh: &Mesh) -> Vec<&'static str> {
+    names(agree_on(text, mesh, Codes::All))
+}
+
+/// The codes that lack what a form needs, which is run by some others in turn.
 fn lacking(text: &str, mesh: &Mesh) -> Vec<&'static str> {
-    agree_on(text, mesh)
-        .into_iter()
-        .map(|(name, _)| name)
-        .collect()
+    names(agree_on(text, mesh, Codes::InTurn))
+}
+
+fn names(lacking: Vec<(&'static str, String)>) -> Vec<&'static str> {
+    lacking.into_iter().map(|(name, _)| name).collect()
 }
 
 #[path = "gallery/contact.rs"]
@@ -352,7 +363,7 @@ inner(grad(u), grad(v))*dx + 10*inner(grad(u), grad(v))*dx(inner) + u*v*dx([7, o
 - y*v*ds(left, right) - v*ds([top]) - 3*avg(v)*dS(interface) + u*v*ds
 """
 "#;
-    assert_eq!(lacking(text, &two_regions()), NONE);
+    assert_eq!(lacking_of_all(text, &two_regions()), NONE);
     // Jumps across some facets only.
     let text = r#"
 name = "membrane"
@@ -365,7 +376,7 @@ inner(grad(u), grad(v))*dx + u*v*dx - x*v*dx(inner) - exp(y)*v*dx
 + 0.5*inner(jump(u, n), jump(v, n))*dS(interface) - (x*avg(v) + dot(jump(v, n), [1, 2])*h('+')*h('-'))*dS(interface)
 """
 "#;
-    assert_eq!(lacking(text, &two_regions()), NONE);
+    assert_eq!(lacking_of_all(text, &two_regions()), NONE);
 }
 
 /// At a corner two groups hold the same dofs with other values: the later one counts, in every code.
@@ -380,11 +391,11 @@ fn the_later_condition_counts_at_corners() {
         "left = 1\nbottom = 2\nright = 3\ntop = 4",
         "top = 4\nright = 3\nbottom = 2\nleft = 1",
     ] {
-        assert_eq!(lacking(&text("P2", conditions), &square()), NONE);
+        assert_eq!(lacking_of_all(&text("P2", conditions), &square()), NONE);
     }
     // Component by component.
     let conditions = "left = [1, \"free\"]\nbottom = [\"free\", \"y + 2\"]\ntop = [3, \"-x\"]";
-    assert_eq!(lacking(&text("P1^2", conditions), &square()), NONE);
+    assert_eq!(lacking_of_all(&text("P1^2", conditions), &square()), NONE);
 }
 
 #[test]
@@ -399,7 +410,7 @@ F = "inner(grad(u), grad(v))*dx - v*dx"
 interface = "x + 2*y"
 left = 0
 "#;
-    assert_eq!(lacking(text, &two_regions()), NONE);
+    assert_eq!(lacking_of_all(text, &two_regions()), NONE);
 }
 
 #[test]
@@ -413,7 +424,7 @@ F = "inner(cofac([[1 + x, 2], [y, 5]]), outer(grad(u), grad(v)))*dx - v*dx"
 [dirichlet]
 left = 0
 "#;
-    assert_eq!(lacking(text, &square()), NONE);
+    assert_eq!(lacking_of_all(text, &square()), NONE);
 }
 
 /// Words of some code as names; test functions by `test`; coefficients by conditions; interpolated data.
@@ -442,7 +453,7 @@ inner(grad(mean), grad(test.mean))*dx + lambda*mean*test.mean*dx + region*test.m
 [dirichlet]
 region = { left = "y" }
 "#;
-    assert_eq!(lacking(text, &square()), NONE);
+    assert_eq!(lacking_of_all(text, &square()), NONE);
 }
 
 #[test]
@@ -477,7 +488,10 @@ u*v*dx - (f + abs(x - 0.5) + min(x, y) + max(x, 0.3) + sign(x - y) + pos(0.4 - x
 + (sinh(0.1*u) + tanh(u) + atan(u) + 0.1*sqrt(1 + u^2) + u^3/(1 + u^2))*v*dx
 """
 "#;
-    assert_eq!(lacking(&text.replace("x^-2*0 + ", ""), &square()), NONE);
+    assert_eq!(
+        lacking_of_all(&text.replace("x^-2*0 + ", ""), &square()),
+        NONE
+    );
 }
 
 #[test]
@@ -539,7 +553,7 @@ u*v*dx - exp(x)*v*dx + dot(w, test.w)*dx - dot([x, y*y], test.w)*dx + 0.1*u*inne
 + max(u - 1, 0)*v*ds
 """
 "#;
-    assert_eq!(lacking(text, &square()), NONE);
+    assert_eq!(lacking_of_all(text, &square()), NONE);
 }
 
 /// With data that no rule integrates exactly, only the same points give the same values.
@@ -552,11 +566,11 @@ fn every_rule() {
         )
     };
     for [degree, facet_degree] in [[2, 3], [5, 5], [1, 9]] {
-        assert_eq!(lacking(&text(degree, facet_degree), &square()), NONE);
+        assert_eq!(lacking_of_all(&text(degree, facet_degree), &square()), NONE);
     }
-    assert_eq!(lacking(&text(2, 2), &cube()), NONE);
-    assert_eq!(lacking(&text(2, 5), &cube()), NONE);
-    assert_eq!(lacking(&text(5, 5), &cube()), ["getfem"]);
+    assert_eq!(lacking_of_all(&text(2, 2), &cube()), NONE);
+    assert_eq!(lacking_of_all(&text(2, 5), &cube()), NONE);
+    assert_eq!(lacking_of_all(&text(5, 5), &cube()), ["getfem"]);
 }
 
 /// Terms over one measure with rules of their own. A rule of one point has its measure for itself, as FFCx 0.5 takes its point for other rules too.
@@ -564,7 +578,7 @@ fn every_rule() {
 fn measures_with_degrees() {
     let text = "name = \"degrees\"\n[spaces]\nu = \"P2\"\n[form]\nF = \"\"\"\n(1 + x^2)*inner(grad(u), grad(v))*dx(degree=5) + u*v*dx(degree=2)\n\
         - exp(3*x)*sin(9*y)*v*dx(degree=2) + u*v*ds(degree=1) - sin(5*y)*v*ds(right, degree=1) - x*y*v*ds(left, top, degree=1)\n\"\"\"\n";
-    assert_eq!(lacking(text, &square()), ["getfem"]);
+    assert_eq!(lacking_of_all(text, &square()), ["getfem"]);
     let plain = text.replace("P2", "P1").replace("degree=1", "degree=2");
-    assert_eq!(lacking(&plain, &cube()), ["getfem"]);
+    assert_eq!(lacking_of_all(&plain, &cube()), ["getfem"]);
 }

@@ -6,7 +6,7 @@ use faceoff_form::{Problem, own};
 use faceoff_mesh::mesh::generate::{Cuboid, lattice_mesh};
 use faceoff_mesh::mesh::{CellBlock, CellKind, Group, Mesh};
 
-use super::{agree_on, form, lacking};
+use super::{Codes, agree_on, form, lacking};
 
 /// The codes without quadrangles and hexahedra of any place.
 const WITHOUT: [&str; 2] = ["freefem", "nutils"];
@@ -184,7 +184,7 @@ left = "t*y"
 fn what_is_not_there_is_told() {
     let text = "name = \"n\"\n[spaces]\nu = \"P1\"\n[form]\nF = \"u*v*dx - x*v*dx\"\n";
     let mesh = lattice(2, 2);
-    let told = agree_on(text, &mesh);
+    let told = agree_on(text, &mesh, Codes::InTurn);
     assert_eq!(
         told,
         [

@@ -4,7 +4,7 @@ use faceoff_form::random::{Drawn, Grammar, QUADRANGLES, Random, Shape, TRIANGLES
 use faceoff_mesh::mesh::Mesh;
 
 use super::cubes::lattice;
-use super::{agree_on, square};
+use super::{Codes, agree_on, square};
 
 /// Random forms on a mesh; `FACEOFF_SEED` and `FACEOFF_SCENES` ask for others and for more of them, and `FACEOFF_CODES` for some codes only.
 fn agree_on_random(
@@ -24,7 +24,7 @@ fn agree_on_random(
     let faults: Vec<String> = (0..count * number("FACEOFF_SCENES", 1))
         .filter_map(|_| {
             let text = Drawn::new(&mut random, &grammar, Shape::small()).text("random");
-            let ran = std::panic::catch_unwind(|| agree_on(&text, &mesh()));
+            let ran = std::panic::catch_unwind(|| agree_on(&text, &mesh(), Codes::InTurn));
             ran.err().map(|_| text)
         })
         .collect();
