@@ -52,6 +52,15 @@ fn test_config(cases: u32) -> proptest::test_runner::Config {
     }
 }
 
+/// `FACEOFF_SEED` asks for other scenes than the usual, `FACEOFF_SCENES` for that many times as many, as `tests/run --all` does.
+#[cfg(test)]
+fn asked_for() -> (u64, u64) {
+    let number = |name: &str, usual: u64| {
+        std::env::var(name).map_or(usual, |text| text.parse().expect("an integer"))
+    };
+    (number("FACEOFF_SEED", 1), number("FACEOFF_SCENES", 1))
+}
+
 /// Random numbers of tests that draw their own: xorshift, the same on every machine.
 #[cfg(test)]
 struct Random(u64);

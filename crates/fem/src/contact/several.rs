@@ -230,9 +230,7 @@ mod tests {
         let (shown, several_found, none) = (Cell::new(0), Cell::new(0), Cell::new(0));
         let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &[7; 32]);
         let config = Config {
-            cases: 1000
-                * std::env::var("FACEOFF_SCENES")
-                    .map_or(1, |times| times.parse().expect("an integer")),
+            cases: 1000 * crate::asked_for().1 as u32,
             ..Config::default()
         };
         let outcome = TestRunner::new_with_rng(config, rng).run(&(data, scheme), |(data, (rule, method))| {
