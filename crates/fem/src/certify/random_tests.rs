@@ -553,7 +553,7 @@ fn bounds_of_random_scenes_are_sharp() {
     }
 }
 
-/// The same scenes each time, of which at least so many out of so many get a certificate.
+/// The same scenes each time, of which at least the fraction `least / of` gets a certificate.
 fn campaign(count: u64, [least, of]: [u64; 2], draw: impl Fn(&mut Random) -> Made + Sync) {
     let (first, times) = asked_for();
     let count = count * times;
