@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::common::{Ran, folder, source, write};
+use crate::common::{Ran, folder, is_in_turn, source, write};
 use crate::eigen::{assert_agree, residual, run, verify, with_fault};
 
 /// The Laplacian with u = 0 on the boundary.
@@ -94,7 +94,7 @@ fn modes_agree_in_every_kind_of_space() {
         ("union-cube", 4, "P2", FIVE, (3.0, 0.01)),
         ("hexahedra", 2, "P2", FOUR, (3.0, 1e-2)),
     ];
-    for (generator, n, space, codes, exact) in cases {
+    for (k, (generator, n, space, codes, exact)) in (0..).zip(cases) {
         let case = Case {
             generator,
             n,
@@ -108,27 +108,30 @@ fn modes_agree_in_every_kind_of_space() {
         let rows = told["spectra"][0]["exact"].as_array().unwrap();
         let agrees = |row: &Value| row["verdict"] == "agree";
         assert!(!rows.is_empty() && rows.iter().all(agrees), "{rows:?}");
-        // A little more mass; and a mode with a part of another, which has all the values right.
+        // A little more mass; and a mode with a part of another, which has all the values right: one of them in every run.
+        let has_turn = |fault: usize| is_in_turn(k + fault, 2);
         let name = format!("{space} {generator}");
         if codes == FIVE {
-            for fault in [
+            let faults = [
                 ("du*v);", "1.0001*du*v);"),
                 (
                     "u[] = modes(:, mode);",
                     "u[] = modes(:, mode);\nreal[int] other = modes(:, 1);\nif (mode == 0) u[] += 1e-3*other;",
                 ),
-            ] {
+            ];
+            for (_, fault) in (0..).zip(faults).filter(|(at, _)| has_turn(*at)) {
                 let (ran, told) = with_fault(at, &text, "modes", fault);
                 assert_caught(&ran, &told, &format!("{name}: {fault:?}"));
             }
         } else {
-            for fault in [
+            let faults = [
                 ("        du*v\n", "        1.0001*du*v\n"),
                 (
                     "modes[free] = found\n",
                     "modes[free] = found\nmodes[:, 0] += 1e-3*modes[:, 1]\n",
                 ),
-            ] {
+            ];
+            for (_, fault) in (0..).zip(faults).filter(|(at, _)| has_turn(*at)) {
                 let (ran, told) = with_fault_in_python(at, &text, fault);
                 assert_caught(&ran, &told, &format!("{name}: {fault:?}"));
             }

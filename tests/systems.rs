@@ -133,7 +133,16 @@ fn told(problem: &str, faults: &Faults, codes: [(&str, [&str; 2], &str, &str); 2
             "freefem" => vec![
                 program[0], "-v", "0", program[1], "{mesh}", problem, "{out}",
             ],
-            _ => vec![program[0], program[1], "{mesh}", "{out}", problem, fault],
+            _ => vec![
+                program[0],
+                "each.py",
+                program[1],
+                "{mesh}",
+                "{out}",
+                problem,
+                fault,
+                if fault == "1" { "1" } else { "11" },
+            ],
         };
         format!(
             "[codes.{name}]\ncommand = {words:?}\nmesh = \"{mesh}\"\nsystem = \"A.mtx b.mtx dofs.csv\"\n"

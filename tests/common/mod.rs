@@ -196,6 +196,11 @@ pub fn test_config(cases: u32) -> proptest::test_runner::Config {
     }
 }
 
+/// Whether this is one of the cases that have their turn in every run; with `tests/run --all` every case has.
+pub fn is_in_turn(k: usize, of: usize) -> bool {
+    times() > 1 || k.is_multiple_of(of)
+}
+
 /// How many times as many random cases as usual `FACEOFF_SCENES` asks for, as `tests/run --all` does.
 pub fn times() -> usize {
     std::env::var("FACEOFF_SCENES").map_or(1, |times| {

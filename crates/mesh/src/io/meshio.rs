@@ -122,7 +122,9 @@ fn run(
     command
         .args(["-I", "-c", SCRIPT, task])
         .args([absolute(from)?, absolute(to)?])
-        .arg(format);
+        .arg(format)
+        // NumPy's threads would wait for work, and there is none.
+        .env("OPENBLAS_NUM_THREADS", "1");
     process::run(&command, folder.path(), LIMIT, |_| {}).map_err(|failure| {
         let why = match failure {
             Failure::Ours(error) => return error,
