@@ -507,7 +507,9 @@ fn a_missing_engine_is_never_a_pass() {
     let listed = without(&["engines"]);
     assert_eq!(listed.code, Some(2));
     assert!(
-        listed.stdout.contains("apt-get install -y freefem++"),
+        listed
+            .stdout
+            .contains("apt-get install -y --no-install-recommends freefem++"),
         "{}",
         listed.stdout
     );

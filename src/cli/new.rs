@@ -102,7 +102,7 @@ jobs:
     container: debian:12
     steps:
       - uses: actions/checkout@11bd71901bbe5b1630ceea73d27597364c9af683 # v4.2.2
-      - run: apt-get update && apt-get install -y freefem++ libfreefem++ python3-dolfinx ca-certificates curl build-essential git
+      - run: apt-get update && apt-get install -y --no-install-recommends freefem++ libfreefem++ python3-dolfinx ca-certificates curl build-essential git
       - run: curl -sSf https://sh.rustup.rs | sh -s -- -y
       - run: ~/.cargo/bin/cargo install --git https://github.com/OWNER/faceoff faceoff
       - run: ~/.cargo/bin/faceoff verify --run NAME.toml --report page --junit junit.xml

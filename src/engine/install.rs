@@ -43,7 +43,8 @@ pub fn plan(names: &[&str]) -> Vec<Installation> {
     }
     let mut plan = Vec::new();
     if !packages.is_empty() {
-        let mut install = vec!["apt-get", "install", "-y"];
+        // What these packages recommend nearly doubles the download (513 MB instead of 292): LLVM, Sphinx, debuggers.
+        let mut install = vec!["apt-get", "install", "-y", "--no-install-recommends"];
         install.extend(&packages);
         plan.push(Installation {
             what: what.join(", "),

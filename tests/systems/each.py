@@ -15,4 +15,5 @@ with open(f"{kept}.lock", "w") as lock:
             os.makedirs(f"{kept}/{k}")
             sys.argv = [script, mesh, f"{kept}/{k}", problem, str(k)]
             runpy.run_path(script, run_name="__main__")
-shutil.copytree(f"{kept}/{fault}", out, dirs_exist_ok=True)
+# With the date of now: results that are older than a run are not taken.
+shutil.copytree(f"{kept}/{fault}", out, copy_function=shutil.copyfile, dirs_exist_ok=True)

@@ -295,7 +295,7 @@ fn bounds_hold_in_space() {
 #[test]
 fn the_averaged_gradient_is_bounded_sharply() {
     let names = ["transition-1.5", "contact-everywhere", "many-zones-3"];
-    let (_, times) = crate::asked_for();
+    let (_, times) = asked_for();
     for name in &names[..if times > 1 { 3 } else { 1 }] {
         let [g, _, u_h] = ratios(name, "cr-fc", 32).expect("a certificate");
         println!("{name} {g} {u_h}");
