@@ -189,16 +189,12 @@ impl Script {
         }
         let plugins = super::freefem::plugins(&words);
         command.envs(plugins.map(|[name, path]| (name, path)));
-        let threads = how.threads.map(|threads| threads.to_string());
         for name in THREADS {
-            match &threads {
-                Some(threads) => command.env(name, threads),
-                // As other engines: threads of a library wait for work in a loop, which takes longer than most of these scripts.
-                None if written.is_some() && std::env::var_os(name).is_none() => {
-                    command.env(name, "1")
-                }
-                None => &mut command,
-            };
+            // As other engines: threads of a library wait for work in a loop, which takes longer than most of these scripts.
+            let is_ours = written.is_some() && std::env::var_os(name).is_none();
+            if let Some(threads) = how.threads.or(is_ours.then_some(1)) {
+                command.env(name, threads.to_string());
+            }
         }
         let program = at.join("command.txt");
         io::save(&program, [by_hand(home, &words).as_bytes()])?;
