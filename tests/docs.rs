@@ -93,7 +93,11 @@ fn typed(page: &str) {
                 .current_dir(at)
                 .env("PATH", format!("{}:{path}", program.display()));
             // Completions and manual pages go to a home of the page's own; Python's packages of the user are not of it.
+            // Compiled forms are the same for every page.
+            let cache = std::env::var("XDG_CACHE_HOME")
+                .unwrap_or_else(|_| std::env::var("HOME").unwrap() + "/.cache");
             bash.env("HOME", at.join("home"))
+                .env("XDG_CACHE_HOME", cache)
                 .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
                 .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
             let ran = told(bash.output().unwrap());

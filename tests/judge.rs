@@ -748,7 +748,7 @@ fn planted_in(companion: &str) {
                 .collect();
             let changes: Vec<(&str, &str)> = changes.iter().map(|(a, b)| (*a, &**b)).collect();
             let engine = companion_with(at, companion, &changes);
-            let engines = format!("rust,{companion},{engine}");
+            let engines = format!("rust,freefem,{engine}");
             let words = ["verify", name, "--engines", &engines, "--methods", method];
             let ran = run(at, &[&words[..], &["--json", "out.json"]].concat());
             let what = format!("{companion} {method}: {}", fault.name);

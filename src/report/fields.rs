@@ -174,8 +174,7 @@ fn cells(problem: &Problem, solutions: &[Solution], mut fields: Vec<Field>) -> (
             means.push(rule.iter().map(|(lambda, w)| w * at(&lambda)).sum());
             let mut center = [0.0; 4];
             center[..corners].fill(1.0 / corners as f64);
-            let basis = space.gradients(&geometry, &center);
-            let gradient = faceoff_fem::contact::gradient(&basis, &local);
+            let gradient = space.slope(&geometry, &center, &local);
             gradients.extend_from_slice(gradient.as_slice());
         }
         match &first {

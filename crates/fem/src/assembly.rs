@@ -10,7 +10,7 @@ mod quadratic;
 
 use std::sync::{Arc, OnceLock};
 
-use crate::element::{Basis, MAX_DOFS, Space};
+use crate::element::{MAX_DOFS, Space};
 use crate::linear::{Elements, clear, zeros};
 use crate::quadrature::{self, Rule};
 pub use face_points::{FacePoint, FacePoints};
@@ -18,7 +18,6 @@ use faceoff_mesh::mesh::Metric;
 use faceoff_mesh::parallel;
 pub(crate) use iterated::{Free, Iterated, iterations};
 pub use load::{add_load, add_traction, value_at};
-use nalgebra::Vector3;
 
 /// Cells whose contributions wait to be added, and how many of them one task forms.
 const WAITING: usize = 1 << 15;
@@ -429,14 +428,6 @@ pub fn norm_squared(space: &Space, u: &[f64]) -> f64 {
             .sum();
         space.mesh.measure(cell) * sum
     })
-}
-
-/// Σ_i u_i ∇φ_i
-pub fn combine(gradients: &[Vector3<f64>; MAX_DOFS], local: &Basis) -> Vector3<f64> {
-    gradients
-        .iter()
-        .zip(local)
-        .fold(Vector3::zeros(), |sum, (gradient, u)| sum + *u * gradient)
 }
 
 #[cfg(test)]

@@ -188,8 +188,7 @@ mod tests {
             let parent = cell_at(3, centre[0], centre[1]);
             let outer = coarse_mesh.geometry(parent);
             let of_coarse = coarse.local(parent, &u_h);
-            let slope =
-                faceoff_fem::contact::gradient(&coarse.gradients(&outer, &[0.0; 4]), &of_coarse);
+            let slope = coarse.slope(&outer, &[0.0; 4], &of_coarse);
             let local = space.local(cell, &smooth);
             for (lambda, weight) in rule.iter() {
                 let x = nalgebra::Vector3::from(geometry.point(&lambda));
@@ -200,8 +199,7 @@ mod tests {
                 let phi = coarse.element.values(2, &of_parent);
                 let value: f64 = phi.iter().zip(&of_coarse).map(|(p, u)| p * u).sum();
                 let difference = fine.value(x.x, x.y) - value;
-                let gradients = space.gradients(&geometry, &lambda);
-                let of_fine = faceoff_fem::contact::gradient(&gradients, &local);
+                let of_fine = space.slope(&geometry, &lambda, &local);
                 h1 += weight * geometry.measure() * (of_fine - slope).norm_squared();
                 l2 += weight * geometry.measure() * difference.powi(2);
             }

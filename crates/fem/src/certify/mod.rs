@@ -45,7 +45,6 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
-use crate::assembly::combine;
 use crate::contact::Problem;
 use crate::element::Space;
 use crate::interval::{Interval, above_of_all, above_of_product};
@@ -387,10 +386,8 @@ pub fn distance(spaces: [&Space; 2], fields: [&[f64]; 2]) -> f64 {
     let rule = quadrature::exact(mesh.dim, 2 * (degree[0].max(degree[1]) - 1));
     let squares = parallel::collect(mesh.cell_count(), |cell| {
         let geometry = mesh.geometry(cell);
-        let slope = |k: usize, lambda: &[f64; 4]| {
-            let local = spaces[k].local(cell, fields[k]);
-            combine(&spaces[k].gradients(&geometry, lambda), &local)
-        };
+        let local = [0, 1].map(|k| spaces[k].local(cell, fields[k]));
+        let slope = |k: usize, lambda: &[f64; 4]| spaces[k].slope(&geometry, lambda, &local[k]);
         let terms = rule.iter().map(|(lambda, weight)| {
             weight * (slope(0, &lambda) - slope(1, &lambda)).norm_squared()
         });

@@ -7,7 +7,6 @@
 //! contact on [0, c], and Γ_D on the sides: at the corner of Γ_D and Γ_C u is pressed against ψ.
 
 use super::*;
-use crate::assembly::combine;
 use crate::contact::{Discretisation, Iteration, Problem, Stop, solve};
 use crate::quadrature::{Piece, WHOLE, parts};
 use crate::scene::{Data, Expression, Scene};
@@ -457,7 +456,7 @@ fn error(problem: &Problem, u: &[f64], exact: &Expression, made: &Made) -> f64 {
         let (geometry, local) = (mesh.geometry(cell), space.local(cell, u));
         let at = |lambda: &[f64; 4]| -> f64 {
             let of_exact = nalgebra::Vector3::from(exact.gradient(geometry.point(lambda)));
-            let off = of_exact - combine(&space.gradients(&geometry, lambda), &local);
+            let off = of_exact - space.slope(&geometry, lambda, &local);
             // The square of 1e-165 is not a number.
             (off / made.scale).norm_squared()
         };

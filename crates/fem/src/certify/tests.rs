@@ -12,7 +12,6 @@ use super::line::tests::{points_beside_knee, tau_by_quadrature};
 use super::quadratic::Quadratic;
 use super::*;
 use crate::asked_for;
-use crate::assembly::combine;
 use crate::contact::{Discretisation, Iteration, Method, Problem, Stop, solve};
 use crate::quadrature::{Piece, WHOLE, exact, parts};
 use crate::scene::{Data, Exact, Expression, Part, Scene};
@@ -106,7 +105,7 @@ fn errors(fields: &CellFields, truth: &Expression) -> True {
             let of_exact = Vector3::from(truth.gradient(geometry.point(lambda)));
             let of_v = Vector3::from(slopes.at(lambda, mesh.dim)) + lift;
             let mean = 0.5 * (of_v + sigma(lambda) + tau);
-            let of_u = combine(&space.gradients(&geometry, lambda), &local);
+            let of_u = space.slope(&geometry, lambda, &local);
             for (sum, of) in squares.iter_mut().zip([of_v, mean, of_u, Vector3::zeros()]) {
                 *sum += geometry.measure() * weight * (of_exact - of).norm_squared();
             }
@@ -433,7 +432,7 @@ fn norms_with_a_carried_wave_are_those_of_the_fields() {
                 let of_v = Vector3::from(slope.at(lambda, 2));
                 let sigma = sigma(lambda) + Vector3::new(along, across, 0.0);
                 let of_g = 0.5 * (of_v + sigma);
-                let of_u = combine(&problem.space.gradients(&geometry, lambda), &local);
+                let of_u = problem.space.slope(&geometry, lambda, &local);
                 let v: f64 = (0..3)
                     .map(|i| {
                         let bubble = 4.0 * lambda[(i + 1) % 3] * lambda[(i + 2) % 3];

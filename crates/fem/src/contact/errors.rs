@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::assembly::combine;
 use crate::element::Space;
 use crate::quadrature::{self, Piece, Rule, WHOLE, parts};
 use crate::scene::Expression;
@@ -107,12 +106,15 @@ impl Integrand<'_> {
         let corners = self.geometry.dim + 1;
         let measure = self.geometry.measure() * share;
         let mut sum = ZERO;
-        for (inner, weight) in self.rule.iter() {
-            let lambda: [f64; 4] =
-                std::array::from_fn(|i| (0..corners).map(|k| inner[k] * part[k][i]).sum());
-            let value = self.space.value(&lambda, &self.local);
-            let slope = combine(&self.space.gradients(&self.geometry, &lambda), &self.local);
-            let (u, gradient) = self.exact.with_gradient(self.geometry.point(&lambda));
+        let place = |inner: [f64; 4]| -> [f64; 4] {
+            std::array::from_fn(|i| (0..corners).map(|k| inner[k] * part[k][i]).sum())
+        };
+        let places: Vec<[f64; 4]> = self.rule.iter().map(|(inner, _)| place(inner)).collect();
+        let points = places.iter().map(|lambda| self.geometry.point(lambda));
+        let exact = self.exact.with_gradients(points);
+        for ((lambda, weight), (u, gradient)) in places.iter().zip(&self.rule.weights).zip(exact) {
+            let value = self.space.value(lambda, &self.local);
+            let slope = self.space.slope(&self.geometry, lambda, &self.local);
             let gradient = Vector3::from(gradient);
             let squares = [
                 (gradient - slope).norm_squared(),

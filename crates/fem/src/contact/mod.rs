@@ -36,7 +36,6 @@ mod system;
 mod theory;
 mod unique;
 
-pub use crate::assembly::combine as gradient;
 pub use condition::Condition;
 pub use contact_set::{ContactSet, ZoneFace, Zones};
 pub use discretisation::Discretisation;

@@ -138,6 +138,20 @@ impl<'a> Space<'a> {
         phi.iter().zip(local).map(|(phi, u)| phi * u).sum()
     }
 
+    /// Σ_i u_i ∇φ_i at a point, from u at the dofs of the cell.
+    pub fn slope(
+        &self,
+        geometry: &CellGeometry,
+        lambda: &[f64; 4],
+        local: &[f64; MAX_DOFS],
+    ) -> Vector3<f64> {
+        let derivatives = self.element.derivatives(geometry.dim, lambda);
+        let rows = || derivatives.iter().zip(local).take(self.local_dofs);
+        (0..=geometry.dim).fold(Vector3::zeros(), |slope, j| {
+            slope + rows().map(|(row, u)| row[j] * u).sum::<f64>() * geometry.gradients[j]
+        })
+    }
+
     /// ∇φ_i at a point: Σ_j ∂φ_i/∂λ_j ∇λ_j.
     pub fn gradients(
         &self,

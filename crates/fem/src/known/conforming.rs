@@ -114,7 +114,6 @@ mod tests {
     use crate::quadrature::parts;
     use crate::scene::Scene;
     use crate::truth::DEFAULT_RESOLUTION;
-    use nalgebra::Vector3;
 
     /// Against the gradients themselves, by points in 256 parts of each cell: the rule of a scheme does not affect how its error is
     /// measured, and each rule has another error.
@@ -146,8 +145,7 @@ mod tests {
                             std::array::from_fn(|i| (0..3).map(|k| inner[k] * piece[k][i]).sum());
                         let [x, y, _] = geometry.point(&lambda);
                         let [gx, gy] = truth.grad(x, y);
-                        let slopes = space.gradients(&geometry, &lambda);
-                        let slope: Vector3<f64> = crate::contact::gradient(&slopes, &local);
+                        let slope = space.slope(&geometry, &lambda, &local);
                         sum += weight * ((gx - slope[0]).powi(2) + (gy - slope[1]).powi(2));
                     }
                 }

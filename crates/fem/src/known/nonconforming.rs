@@ -9,9 +9,7 @@
 //!
 //! No gradient of u is needed, nor any quadrature near its singularities: only its means on faces, and ‖∇u‖.
 
-use nalgebra::Vector3;
-
-use crate::contact::{Errors, gradient};
+use crate::contact::Errors;
 use crate::element::Space;
 use crate::quadrature::{self, Rule};
 use crate::truth::Reference;
@@ -42,10 +40,9 @@ pub fn distance(space: &Space, u_h: &[f64], u: &dyn Function) -> Errors {
     // Collected before they are summed, so that the sum does not depend on the number of threads.
     let cells = parallel::collect(mesh.cell_count(), |cell| {
         let geometry = mesh.geometry(cell);
-        let slopes = space.gradients(&geometry, &[0.0; 4]);
-        let local = space.local(cell, u_h);
-        let interpolant: Vector3<f64> = gradient(&slopes, &space.local(cell, &means));
-        let distance = interpolant - gradient(&slopes, &local);
+        let slope = |u| space.slope(&geometry, &[0.0; 4], &space.local(cell, u));
+        let interpolant = slope(&means);
+        let distance = interpolant - slope(u_h);
         let [of_interpolant, of_distance] =
             [interpolant, distance].map(|slope| geometry.measure() * slope.norm_squared());
         let square = square_on_cell(space, u_h, u, &rule, cell);

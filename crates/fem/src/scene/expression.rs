@@ -59,9 +59,14 @@ impl Operator {
             Operator::Subtract => a - b,
             Operator::Multiply => a * b,
             Operator::Divide => a / b,
-            Operator::Power => a.powf(b),
+            Operator::Power => power(a, b),
         }
     }
+}
+
+/// aᵇ. Squares are the most frequent powers, and a product takes a tenth of the time of a power.
+fn power(a: f64, b: f64) -> f64 {
+    if b == 2.0 { a * a } else { a.powf(b) }
 }
 
 /// A relation of two numbers.

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::{Comparison, Expression, Function, Node, Operator};
+use super::{Comparison, Expression, Function, Node, Operator, power};
 use crate::interval::Interval;
 
 /// A value and its gradient.
@@ -17,13 +17,21 @@ impl Expression {
     /// ∇ at a point. Where the formula has a kink, the gradient of the branch that gives the
     /// value; NaN or infinite where the formula is not differentiable.
     pub fn gradient(&self, point: [f64; 3]) -> [f64; 3] {
-        self.steps.dual(point).slope
+        self.with_gradient(point).1
     }
 
     /// Value and gradient at a point, in one pass.
     pub fn with_gradient(&self, point: [f64; 3]) -> (f64, [f64; 3]) {
-        let Dual { value, slope } = self.steps.dual(point);
-        (value, slope)
+        self.steps.dual(point, &mut self.steps.room())
+    }
+
+    /// Values and gradients at points, in turn.
+    pub fn with_gradients(
+        &self,
+        points: impl Iterator<Item = [f64; 3]>,
+    ) -> impl Iterator<Item = (f64, [f64; 3])> {
+        let mut room = self.steps.room();
+        points.map(move |point| self.steps.dual(point, &mut room))
     }
 }
 
@@ -53,8 +61,8 @@ impl Dual {
 
     fn power(self, other: Self) -> Self {
         let (a, b) = (self.value, other.value);
-        let value = a.powf(b);
-        let by_base = if b == 2.0 { a } else { a.powf(b - 1.0) };
+        let value = power(a, b);
+        let by_base = if b == 2.0 { a } else { power(a, b - 1.0) };
         // Powers and logarithms take the time of all else; most exponents are constant.
         let by_exponent = match other.slope {
             [0.0, 0.0, 0.0] => 0.0,
@@ -112,9 +120,14 @@ impl Steps {
         (0..3).filter(is_one).collect()
     }
 
-    /// Both branches of a choice are taken: one that does not count does no harm.
-    fn dual(&self, point: [f64; 3]) -> Dual {
-        let mut all = vec![Dual::constant(f64::NAN); self.0.len()];
+    /// A place for each term.
+    fn room(&self) -> Vec<Dual> {
+        vec![Dual::constant(f64::NAN); self.0.len()]
+    }
+
+    /// Value and gradient of the whole, by those of all terms in `all`. Both branches of a choice are taken: one that does not count
+    /// does no harm.
+    fn dual(&self, point: [f64; 3], all: &mut [Dual]) -> (f64, [f64; 3]) {
         // Each arm writes its own place: a common one on the stack, written by halves and read as a whole, takes half of all time.
         for k in 0..all.len() {
             match self.0[k] {
@@ -133,7 +146,9 @@ impl Steps {
                 }
             }
         }
-        all.pop().unwrap_or(Dual::constant(f64::NAN))
+        all.last().map_or((f64::NAN, [f64::NAN; 3]), |whole| {
+            (whole.value, whole.slope)
+        })
     }
 }
 

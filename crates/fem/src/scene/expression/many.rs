@@ -1,6 +1,6 @@
 //! An expression at many points: the tree is walked once for all of them.
 
-use super::{Expression, Node, Operator};
+use super::{Expression, Node, Operator, power};
 
 impl Expression {
     /// The values at `points`, the same numbers as [`Expression::value`] gives.
@@ -39,7 +39,7 @@ impl Node {
                     Operator::Subtract => combine(values, &right, |a, b| a - b),
                     Operator::Multiply => combine(values, &right, |a, b| a * b),
                     Operator::Divide => combine(values, &right, |a, b| a / b),
-                    Operator::Power => combine(values, &right, f64::powf),
+                    Operator::Power => combine(values, &right, power),
                 }
                 spare.push(right);
             }
