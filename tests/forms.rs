@@ -416,8 +416,8 @@ fn no_text_of_a_form_becomes_code() {
 }
 
 /// The gallery as a table of the manual: `FACEOFF_WRITE=1 cargo test --workspace --test all forms::the_gallery` writes it again.
-/// `tests/run` takes two codes, whose orders are the answer from outside: crates/form holds all codes against each other on such forms;
-/// `tests/run --all` takes all here as well.
+/// `tests/run` takes every second form and two codes, whose orders are the answer from outside: crates/form holds codes against each other on
+/// all forms; `tests/run --all` takes all forms and codes here as well.
 #[test]
 fn the_gallery_agrees_as_the_manual_says() {
     let given = |name: &str| std::env::var_os(name).is_some();
@@ -428,13 +428,19 @@ fn the_gallery_agrees_as_the_manual_says() {
         .filter_map(|name| Some(name.strip_suffix(".toml")?.to_owned()))
         .collect();
     names.sort();
+    let forms = names.len();
+    names = (0..)
+        .zip(names)
+        .filter(|(k, _)| is_whole || k % 2 == 0)
+        .map(|(_, name)| name)
+        .collect();
     let mut table = String::from(
         "| form | spaces | codes | largest difference | observed orders |\n|---|---|---|---|---|\n",
     );
-    for name in names {
+    for name in &names {
         let folder = folder();
         let at = folder.path();
-        let file = form(at, &name, "[", "[");
+        let file = form(at, name, "[", "[");
         let text = fs::read_to_string(at.join(&file)).unwrap();
         // FreeFEM has no quadrangles.
         let words: &[&str] = match text.contains("\"freefem\"") {
@@ -514,7 +520,13 @@ fn the_gallery_agrees_as_the_manual_says() {
     }
     // Rounding is another one on another machine.
     let bare = |table: &str| -> Vec<String> {
-        let rows = table.lines().map(|line| {
+        let has_turn = |line: &&str| {
+            !line.starts_with("| `")
+                || names
+                    .iter()
+                    .any(|name| line.starts_with(&format!("| `{name}` ")))
+        };
+        let rows = table.lines().filter(has_turn).map(|line| {
             let cells = line.split('|').enumerate();
             cells
                 .filter(|(k, _)| *k != 4 && (is_whole || *k != 3))
@@ -525,6 +537,7 @@ fn the_gallery_agrees_as_the_manual_says() {
         rows.collect()
     };
     assert_eq!(bare(old), bare(&table));
+    assert_eq!(old.lines().count(), forms + 2);
 }
 
 /// The power of ten above a number: `10⁻¹⁵`.

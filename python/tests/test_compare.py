@@ -244,7 +244,7 @@ print(fo.compare({"u": [1.0]}, {"u": [1.0]}).agree)
     assert signal.SIGINT and 0.4 < float(lines[1]) < 5
 
 
-def test_ten_thousand_small_comparisons_leak_nothing():
+def test_thousands_of_small_comparisons_leak_nothing():
     resource = pytest.importorskip("resource")
     a, b = {**SQUARE, "u": U}, {**SQUARE, "u": U + 1e-3}
     bad = {**SQUARE, "u": U[:3]}
@@ -262,8 +262,9 @@ def test_ten_thousand_small_comparisons_leak_nothing():
         gc.collect()
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
-    first = some(2000)
-    assert some(8000) - first < 4000, "kB in 8000 comparisons"
+    count = 8000 if "FACEOFF_SCENES" in os.environ else 4000
+    first = some(count // 4)
+    assert some(count) - first < count // 2, f"kB in {count} comparisons"
 
 
 def test_a_result_speaks_of_what_was_compared_whatever_the_arrays_are_later(tmp_path):

@@ -320,10 +320,16 @@ mod tests {
     /// depends on the position of a transition in its cell.
     #[test]
     fn observed_orders_in_space_are_those_of_theory() {
-        let scenes = Scene::exact_names_3d();
-        let scenes: Vec<Scene> = scenes.iter().map(|s| Scene::find(s).unwrap()).collect();
-        let methods = [Method::cr(), Method::cr_fc(), Method::p2()];
-        let all = orders(&scenes, &methods, &[4, 8], &Settings::default(), &Silent).unwrap();
+        let mut all = Vec::new();
+        for (k, scene) in (0..).zip(Scene::exact_names_3d()) {
+            let methods = (k..).zip([Method::cr(), Method::cr_fc(), Method::p2()]);
+            let methods: Vec<Method> = methods
+                .filter(|(k, _)| crate::run::is_in_turn(*k))
+                .map(|(_, method)| method)
+                .collect();
+            let scenes = [Scene::find(scene).unwrap()];
+            all.extend(orders(&scenes, &methods, &[4, 8], &Settings::default(), &Silent).unwrap());
+        }
         let text = format!("{all:#?}");
         for o in &all {
             let name = format!("{} {}\n{text}", o.scene, o.method);
