@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::job::{self, Files};
 use super::process::find_in_path;
 use super::within::Within;
 use super::{Case, Launch, Settings, lock, version};
 use faceoff_fem::scene::Expression;
+use faceoff_form::codes::{CODES, Code};
 use faceoff_mesh::error::{Error, Result};
 use faceoff_mesh::file;
 
@@ -47,27 +48,46 @@ pub(super) fn folder_of(python: &Path, module: &str) -> Option<PathBuf> {
     Some(folder.to_owned())
 }
 
+/// The file of each module that a Python was asked for, if it can import it.
+type Found = BTreeMap<(PathBuf, String), Option<String>>;
+
+fn found() -> MutexGuard<'static, Found> {
+    static FOUND: Mutex<Found> = Mutex::new(BTreeMap::new());
+    FOUND.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Lets every module be looked for again, after something was installed.
+pub(super) fn forget() {
+    found().clear();
+}
+
 /// The file of a module that this Python can import. Looks for it without loading it, and in the root folder, as Python takes modules
-/// from the folder where it is started, which may be untrusted. What was found is asked for once, since each answer starts a process.
+/// from the folder where it is started, which may be untrusted. The modules of all codes are looked for together and once, since each
+/// answer starts a process.
 fn origin(python: &Path, module: &str) -> Option<String> {
-    static FOUND: Mutex<BTreeMap<(PathBuf, String), String>> = Mutex::new(BTreeMap::new());
-    let found = || FOUND.lock().unwrap_or_else(PoisonError::into_inner);
     let asked = (python.to_owned(), module.to_owned());
     if let Some(known) = found().get(&asked) {
-        return Some(known.clone());
+        return known.clone();
     }
-    let question =
-        format!("import importlib.util; print(importlib.util.find_spec('{module}').origin)");
+    let mut names: Vec<&str> = CODES.iter().filter_map(Code::module).collect();
+    names.extend(["slepc4py", module]);
+    let question = "import sys, importlib.util as of\nfor name in sys.argv[1:]: print(getattr(of.find_spec(name), 'origin', ''))";
     let output = Command::new(python)
-        .args(["-c", &question])
+        .args(["-c", question])
+        .args(&names)
         .current_dir("/")
         .stdin(std::process::Stdio::null())
         .output();
     let output = output.ok().filter(|output| output.status.success())?;
     let told = String::from_utf8(output.stdout).ok()?;
-    let told = told.lines().last().unwrap_or_default().to_owned();
-    found().insert(asked, told.clone());
-    Some(told)
+    // What a Python says at its start comes before.
+    let origins = told.lines().rev();
+    let mut found = found();
+    for (name, origin) in names.iter().rev().zip(origins) {
+        let origin = Some(origin.to_owned()).filter(|origin| !origin.is_empty());
+        found.insert((python.to_owned(), (*name).to_owned()), origin);
+    }
+    found.get(&asked)?.clone()
 }
 
 fn missing() -> Error {
@@ -111,6 +131,7 @@ pub(super) fn command(
         Launch::Alone => {
             let mut command = Command::new(python);
             command.arg("-B").arg(script).env("TMPDIR", &temporary);
+            as_single(&mut command);
             command
         }
         Launch::Ranks(ranks) => {
@@ -163,6 +184,13 @@ fn set(command: &mut Command, name: &str, value: &str) {
     }
 }
 
+/// Lets Open MPI start a single process as one: otherwise it starts a daemon and looks for networks as well, which takes as long as
+/// importing dolfinx.
+pub(super) fn as_single(command: &mut Command) {
+    set(command, "OMPI_MCA_ess_singleton_isolated", "1");
+    set(command, "OMPI_MCA_pml", "ob1");
+}
+
 /// The command for a launcher of MPI processes, and the variables that let Open MPI run it.
 fn distribute(command: &mut Command, python: &Path, script: &Path, ranks: &str) {
     command
@@ -200,6 +228,7 @@ pub(super) fn probe(within: &Within) -> Result<String> {
     let question = "import dolfinx, dolfinx.fem.petsc; print('version', dolfinx.__version__)";
     let mut command = Command::new(python);
     command.args(["-c", question]);
+    as_single(&mut command);
     let command = within.enclose(command, folder.path());
     let told = version::told("fenicsx", &command, folder.path(), 120)?;
     let what = "dolfinx does not report its version";

@@ -140,6 +140,7 @@ pub fn install(plan: &[Installation], mut say: impl FnMut(&str)) -> Result<()> {
                 )));
             }
         }
+        fenicsx::forget();
     }
     Ok(())
 }

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::bounds::Bounds;
 use super::depends;
+use super::fenicsx;
 use super::left::{Left, Written};
 use super::process;
 use super::program::Folder;
@@ -186,6 +187,7 @@ impl Script {
         if written.is_some() {
             // UFL's names of forms depend on it, by which dolfinx finds what it has compiled.
             command.env("PYTHONHASHSEED", "0");
+            fenicsx::as_single(&mut command);
         }
         let plugins = super::freefem::plugins(&words);
         command.envs(plugins.map(|[name, path]| (name, path)));
