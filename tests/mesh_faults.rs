@@ -472,7 +472,7 @@ fn an_interruption_ends_meshio() {
     let python = write(
         folder.path(),
         "python",
-        "#!/bin/sh\n[ \"$1\" = -c ] && exit 0 # asked whether it has meshio\nexec sleep 120.25\n",
+        "#!/bin/sh\n[ \"$1\" = -c ] && echo /meshio.py && exit 0 # asked where it has meshio\nexec sleep 120.25\n",
     );
     std::fs::set_permissions(&python, PermissionsExt::from_mode(0o755)).unwrap();
     write(folder.path(), "in.msh", "(0 \"Fluent\")\n"); // a format of meshio's
