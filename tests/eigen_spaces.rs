@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::common::{Ran, folder, is_in_turn, source, write};
+use crate::common::{Ran, folder, in_turn, source, write};
 use crate::eigen::{assert_agree, residual, run, verify, with_fault};
 
 /// The Laplacian with u = 0 on the boundary.
@@ -109,7 +109,6 @@ fn modes_agree_in_every_kind_of_space() {
         let agrees = |row: &Value| row["verdict"] == "agree";
         assert!(!rows.is_empty() && rows.iter().all(agrees), "{rows:?}");
         // A little more mass; and a mode with a part of another, which has all the values right: one of them in every run.
-        let has_turn = |fault: usize| is_in_turn(k + fault, 2);
         let name = format!("{space} {generator}");
         if codes == FIVE {
             let faults = [
@@ -119,7 +118,7 @@ fn modes_agree_in_every_kind_of_space() {
                     "u[] = modes(:, mode);\nreal[int] other = modes(:, 1);\nif (mode == 0) u[] += 1e-3*other;",
                 ),
             ];
-            for (_, fault) in (0..).zip(faults).filter(|(at, _)| has_turn(*at)) {
+            for fault in in_turn(k, 2, faults) {
                 let (ran, told) = with_fault(at, &text, "modes", fault);
                 assert_caught(&ran, &told, &format!("{name}: {fault:?}"));
             }
@@ -131,7 +130,7 @@ fn modes_agree_in_every_kind_of_space() {
                     "modes[free] = found\nmodes[:, 0] += 1e-3*modes[:, 1]\n",
                 ),
             ];
-            for (_, fault) in (0..).zip(faults).filter(|(at, _)| has_turn(*at)) {
+            for fault in in_turn(k, 2, faults) {
                 let (ran, told) = with_fault_in_python(at, &text, fault);
                 assert_caught(&ran, &told, &format!("{name}: {fault:?}"));
             }

@@ -146,20 +146,11 @@ fn a_ball_on_a_plane_has_the_pressure_of_hertz() {
 fn extremes_and_ranges_are_swept() {
     let folder = folder();
     let at = folder.path();
-    // On coarser meshes, which show the same.
-    let coarser = || {
-        scene(
-            at,
-            "elastic-transition",
-            "n = [8, 16, 32]",
-            if times() > 1 {
-                "n = [8, 16, 32]"
-            } else {
-                "n = [4, 8, 16]"
-            },
-        )
-    };
-    let file = coarser();
+    // Coarser meshes show the same.
+    let usual = "n = [8, 16, 32]";
+    let n = if times() > 1 { usual } else { "n = [4, 8, 16]" };
+    let transition = || scene(at, "elastic-transition", usual, n);
+    let file = transition();
     let words = format!("stress {file} contact-patch --methods cr --json o.json --report page");
     let told = agreed(at, &words);
     let all = told["face_offs"].as_array().unwrap();
@@ -198,7 +189,7 @@ fn extremes_and_ranges_are_swept() {
     let ran = run(at, &words);
     assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);
 
-    let file = coarser();
+    let file = transition();
     let words = ["study", &file, "--methods", "cr", "--json", "o.json"];
     let ran = run(at, &words);
     assert_eq!(ran.code, Some(1), "{}{}", ran.stdout, ran.stderr);

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::common::{Ran, companion_with, folder, is_in_turn, run, told, write};
+use crate::common::{Ran, companion_with, folder, in_turn, run, told, write};
 use faceoff_fem::contact::{Discretisation, Iteration, Method, Problem, Splitting, Stop, solve};
 use faceoff_fem::scene::{Expression, HRule, Scene};
 use faceoff_mesh::mesh::Triangulation;
@@ -701,7 +701,7 @@ fn planted_in(companion: &str) {
     // FreeFEM, which starts at once, has each fault by both methods; dolfinx by one of them in turn.
     let of = if companion == "freefem" { 1 } else { 2 };
     for (k, fault) in PLANTED.iter().enumerate() {
-        for (_, method) in (k..).zip(["cr", "p2"]).filter(|(k, _)| is_in_turn(*k, of)) {
+        for method in in_turn(k, of, ["cr", "p2"]) {
             let folder = folder();
             let at = folder.path();
             let name = match fault.name {

@@ -201,6 +201,16 @@ pub fn is_in_turn(k: usize, of: usize) -> bool {
     times() > 1 || k.is_multiple_of(of)
 }
 
+/// The cases of a list that have their turn where the first of them is the k-th.
+pub fn in_turn<T>(
+    k: usize,
+    of: usize,
+    all: impl IntoIterator<Item = T>,
+) -> impl Iterator<Item = T> {
+    let numbered = (k..).zip(all);
+    numbered.filter_map(move |(k, case)| is_in_turn(k, of).then_some(case))
+}
+
 /// How many times as many random cases as usual `FACEOFF_SCENES` asks for, as `tests/run --all` does.
 pub fn times() -> usize {
     std::env::var("FACEOFF_SCENES").map_or(1, |times| {

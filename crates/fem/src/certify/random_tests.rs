@@ -490,7 +490,7 @@ fn error(problem: &Problem, u: &[f64], exact: &Expression, made: &Made) -> f64 {
         while let Some((piece, share, of, depth)) = left.pop() {
             let cut = cut(&piece, share, depth + 1);
             let finer = mean(&cut);
-            // Of the square of an error that is right to 1e-2: what is kept is finer than what is compared.
+            // The finer value, which is kept, is closer than this to the integral of the square.
             let is_known = (finer - of).abs() <= 1e-2 * (finer + of_cell);
             if is_known && !is_hidden(&piece) || depth == 12 {
                 sum += share * finer;
