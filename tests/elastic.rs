@@ -131,7 +131,7 @@ fn a_ball_on_a_plane_has_the_pressure_of_hertz() {
     assert_eq!(told["missing"][0]["engine"], "freefem", "{told}");
     assert_eq!(told["missing"].as_array().unwrap().len(), 1);
     assert!(ran.stderr.contains("no integrals over interior faces"));
-    let named = format!("{words} --engines rust,fenicsx,freefem");
+    let named = format!("{words} --engines rust,freefem");
     let ran = run(at, &named.split(' ').collect::<Vec<_>>());
     assert_eq!(ran.code, Some(2), "{}{}", ran.stdout, ran.stderr);
     for of in told["numbers"].as_array().unwrap() {

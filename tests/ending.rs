@@ -151,16 +151,19 @@ fn a_signal_and_a_time_limit_end_every_command() {
         &["mesh", "refine", "m.msh", "fine.msh", "--times", "4"],
     ];
     for words in commands {
-        let limited = [words, &["--time-limit", "1", "--json", "out.json"]].concat();
+        let limited = [words, &["--time-limit", "0.3", "--json", "out.json"]].concat();
         let ran = run(path, &limited);
         assert_eq!(ran.code, Some(2), "{limited:?}: {}", ran.stderr);
         assert!(
-            ran.stderr.contains("1 s of --time-limit"),
+            ran.stderr.contains("0.3 s of --time-limit"),
             "{limited:?}: {}",
             ran.stderr
         );
         let json = fs::read_to_string(path.join("out.json")).unwrap();
-        assert!(json.contains("1 s of --time-limit"), "{limited:?}: {json}");
+        assert!(
+            json.contains("0.3 s of --time-limit"),
+            "{limited:?}: {json}"
+        );
         assert!(!path.join("fine.msh").exists());
 
         let mut child = faceoff(path)
@@ -202,10 +205,10 @@ fn an_accuracy_ends_with_the_best_so_far() {
     };
     let ran = run(
         folder.path(),
-        &[&words[..], &["--time-limit", "8"]].concat(),
+        &[&words[..], &["--time-limit", "3"]].concat(),
     );
     best(ran.code, &ran.stderr);
-    assert!(ran.stderr.contains("8 s of --time-limit"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("3 s of --time-limit"), "{}", ran.stderr);
 
     let mut child = faceoff(folder.path())
         .args(words)

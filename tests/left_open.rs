@@ -11,7 +11,7 @@ use crate::common::{Ran, assert_valid, folder, run, source, write};
 const STOKES: &str = r#"name = "stokes"
 [mesh]
 generator = "union-jack"
-n = [4, 8]
+n = 4
 [spaces]
 u = "P2^2"
 p = "P1"
@@ -52,7 +52,7 @@ use = ["rust", "dolfinx"]
 const DARCY: &str = r#"name = "flow"
 [mesh]
 generator = "union-jack"
-n = [4, 8]
+n = 4
 [spaces]
 q = "RT0"
 p = "P0"
@@ -73,7 +73,7 @@ use = ["rust", "dolfinx", "getfem"]
 const MAXWELL: &str = r#"name = "potential"
 [mesh]
 generator = "union-jack"
-n = [4, 8]
+n = 4
 [spaces]
 u = "N1curl"
 [data]

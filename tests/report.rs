@@ -367,7 +367,14 @@ fn pages_of_campaigns_fit_every_screen() {
     let folder = folder();
     let at = folder.path();
     let commands: [&[&str]; 4] = [
-        &["study", "one-zone", "--finest", "16", "--budget", "5s"],
+        &[
+            "study",
+            "one-zone",
+            "--methods",
+            "cr-fc,p2",
+            "--finest",
+            "8",
+        ],
         &["stress", "transition-1.5", "--families", "gamma0,bodies"],
         &["orders", "one-zone"],
         &["paper", "--n", "4,8", "--fine", "8"],
@@ -465,13 +472,13 @@ fn every_command_writes_a_page_and_json_that_follows_its_schema() {
         (
             &[
                 "study",
-                "transition-1.5",
+                "one-zone",
                 "--methods",
                 "cr-fc,p2",
                 "--budget",
-                "9s",
+                "5s",
                 "--finest",
-                "16",
+                "8",
             ],
             "study",
             0,

@@ -267,6 +267,12 @@ fn pairs_of_the_square_are_spaces_and_spurious_values_are_named() {
         code == Some(0) || said.contains("ask for further modes"),
         "{said}"
     );
+    // The rest shows on one mesh.
+    write(
+        at,
+        "all.toml",
+        &file("generator = \"union-jack\"\nn = 8", 5, &spectrum),
+    );
     // A rotation of the pair is free; what turns it out of its space is not.
     let turned =
         "modes[free] = vectors\nmodes[:, 1:3] = modes[:, 1:3] @ np.array([[2, 1], [-1, 1]])";

@@ -347,9 +347,11 @@ fn xml_tricks_are_refused() {
     assert!(wide.refusal().contains("attributes"));
 }
 
-/// Every byte of sound files, changed in several ways, is either still read or refused, never a panic.
+/// Every byte of sound files, changed, is either still read or refused, never a panic. `tests/run --all` changes each in two ways, else they
+/// take turns.
 #[test]
 fn changed_bytes_never_panic() {
+    let is_whole = std::env::var_os("FACEOFF_SCENES").is_some();
     for encoding in ENCODINGS {
         let bytes = write::encode(
             &square(),
@@ -362,10 +364,12 @@ fn changed_bytes_never_panic() {
         .expect("sound")
         .bytes;
         for at in 0..bytes.len() {
-            for flip in [0x01, 0x80] {
-                let mut changed = bytes.clone();
-                changed[at] ^= flip;
-                let _ = from_bytes(Path::new("test.vtu"), &changed);
+            for (k, flip) in [0x01, 0x80].into_iter().enumerate() {
+                if at % 2 == k || is_whole {
+                    let mut changed = bytes.clone();
+                    changed[at] ^= flip;
+                    let _ = from_bytes(Path::new("test.vtu"), &changed);
+                }
             }
         }
     }
