@@ -272,7 +272,7 @@ fn section_6_is_the_same_by_every_engine() {
         "--engines",
         "freefem,fenicsx",
         "--n",
-        "8,16",
+        "4,8",
         "--fine",
         "16",
         "--json",

@@ -58,12 +58,17 @@ fn python() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python3")
 }
 
+/// How a code's scripts are run.
+fn command(code: &Code) -> Vec<PathBuf> {
+    match code.command {
+        ["python3"] => vec![python()],
+        words => words.iter().map(PathBuf::from).collect(),
+    }
+}
+
 /// Runs a script by itself: whether it succeeds, and what it writes to standard output and standard error.
 fn cold(code: &Code, script: &Path) -> (bool, [String; 2]) {
-    let mut command: Vec<PathBuf> = code.command.iter().map(PathBuf::from).collect();
-    if code.command == ["python3"] {
-        command = vec![python()];
-    }
+    let command = command(code);
     let ran = Command::new(&command[0])
         .args(&command[1..])
         .arg(script)
@@ -81,8 +86,8 @@ fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Option<Valu
     std::fs::write(&path, script).expect("a script");
     code.write_mesh(folder.path(), problem, mesh)
         .expect("a mesh");
-    let ran = match warm::module(code.name) {
-        Some(module) => warm::run(&python(), module, &path),
+    let ran = match warm::modules(code.name) {
+        Some(modules) => warm::run(&command(code)[0], modules, &path),
         None => cold(code, &path),
     };
     let (has_ended_well, [said, errors]) = ran;

@@ -1,4 +1,4 @@
-"""Runs scripts in children of a process that has loaded a library, which takes longer than most scripts: `warm.py MODULE`.
+"""Runs scripts in children of a process that has loaded libraries, which takes longer than most scripts: `warm.py MODULE…`.
 
 Each line of the input is the path of a script. It runs as the main program of a child process, in its folder, where `stdout` and
 `stderr` get what it prints. Each line of the output is the exit code of a child; minus the signal where one ended it.
@@ -9,7 +9,8 @@ import os
 import runpy
 import sys
 
-importlib.import_module(sys.argv[1])
+for module in sys.argv[1:]:
+    importlib.import_module(module)
 for line in sys.stdin:
     child = os.fork()
     if child == 0:

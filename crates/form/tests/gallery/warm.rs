@@ -12,13 +12,15 @@ struct Warm {
     told: BufReader<ChildStdout>,
 }
 
-/// Those that run nothing now, by module.
+/// Those that run nothing now, by modules.
 static IDLE: Mutex<BTreeMap<&str, Vec<Warm>>> = Mutex::new(BTreeMap::new());
 
-/// The module that a code's scripts import, and that imports nothing for them that they would have to import themselves.
-pub fn module(code: &str) -> Option<&'static str> {
+/// What a code's scripts import, with a space between, and what imports nothing for them that they would have to import themselves. Of
+/// dolfinx that is what starts no MPI, which each process has to start for itself.
+pub fn modules(code: &str) -> Option<&'static str> {
     match code {
-        "mfem" => Some("mfem.ser"),
+        "dolfinx" => Some("ffcx.codegeneration.jit"),
+        "mfem" => Some("mfem.ser scipy.sparse.linalg"),
         "ngsolve" => Some("ngsolve"),
         "nutils" => Some("nutils.mesh"),
         "scikit-fem" => Some("skfem"),
@@ -27,12 +29,12 @@ pub fn module(code: &str) -> Option<&'static str> {
 }
 
 /// Runs a script in its folder: whether it succeeds, and what it writes to standard output and standard error.
-pub fn run(python: &Path, module: &'static str, script: &Path) -> (bool, [String; 2]) {
+pub fn run(python: &Path, modules: &'static str, script: &Path) -> (bool, [String; 2]) {
     let idle = || IDLE.lock().unwrap_or_else(PoisonError::into_inner);
-    let taken = idle().entry(module).or_default().pop();
-    let mut warm = taken.unwrap_or_else(|| Warm::start(python, module));
+    let taken = idle().entry(modules).or_default().pop();
+    let mut warm = taken.unwrap_or_else(|| Warm::start(python, modules));
     let code = warm.run(script);
-    idle().entry(module).or_default().push(warm);
+    idle().entry(modules).or_default().push(warm);
     let written = ["stdout", "stderr"].map(|name| {
         let bytes = std::fs::read(script.with_file_name(name)).expect("what it printed");
         String::from_utf8_lossy(&bytes).into_owned()
@@ -41,10 +43,10 @@ pub fn run(python: &Path, module: &'static str, script: &Path) -> (bool, [String
 }
 
 impl Warm {
-    fn start(python: &Path, module: &str) -> Self {
+    fn start(python: &Path, modules: &str) -> Self {
         let server = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gallery/warm.py");
         let mut command = Command::new(python);
-        command.arg(server).arg(module);
+        command.arg(server).args(modules.split(' '));
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = command
             .spawn()
