@@ -72,6 +72,29 @@ fn largest(field: &Value) -> f64 {
     })
 }
 
+/// Where all processes of Open MPI make the folders of one session, one that ends may remove what another is about to use. A file in the
+/// place of the session's folder ends each process that would make one.
+#[test]
+fn scripts_that_run_at_once_share_no_folder() {
+    let folder = folder();
+    let at = folder.path();
+    let file = form(at, "poisson", USE, "use = [\"rust\", \"dolfinx\"]");
+    let of_system = |words: &[&str]| {
+        let ran = told(Command::new(words[0]).args(&words[1..]).output().unwrap());
+        ran.stdout.trim().to_owned()
+    };
+    let [host, user] = [&["uname", "-n"], &["id", "-u"]].map(|words| of_system(words));
+    let host = host.split('.').next().unwrap();
+    write(at, &format!("ompi.{host}.{user}"), "");
+    let mut command = faceoff(at);
+    command
+        .args(["verify", &file, "--n", "4"])
+        .env("TMPDIR", at);
+    command.env_remove("OMPI_MCA_orte_create_session_dirs");
+    let ran = told(command.output().unwrap());
+    assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
+}
+
 #[test]
 fn codes_agree_on_a_form_and_a_changed_script_is_found() {
     let folder = folder();

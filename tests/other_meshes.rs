@@ -135,6 +135,8 @@ fn dolfinx_on_two_ranks_is_dolfinx_on_one() {
         "/usr/bin/python3",
     ]);
     ranks.arg(script).args(["5", "parallel"]).current_dir(at);
+    // tests/run turns them off for single processes.
+    ranks.env("OMPI_MCA_orte_create_session_dirs", "1");
     let ran = told(ranks.output().unwrap());
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
     for (a, b) in [("serial", "parallel"), ("parallel", "serial")] {

@@ -185,11 +185,15 @@ fn set(command: &mut Command, name: &str, value: &str) {
 }
 
 /// Lets Open MPI start a single process as one: otherwise it starts a daemon and looks for networks as well, which takes as long as
-/// importing dolfinx.
+/// importing dolfinx. All processes that start so would share a folder, which one may remove as another enters it; they need none.
 pub(super) fn as_single(command: &mut Command) {
     set(command, "OMPI_MCA_ess_singleton_isolated", "1");
+    set(command, SESSION_FOLDERS, "0");
     set(command, "OMPI_MCA_pml", "ob1");
 }
+
+/// Whether Open MPI makes folders for its processes.
+const SESSION_FOLDERS: &str = "OMPI_MCA_orte_create_session_dirs";
 
 /// The command for a launcher of MPI processes, and the variables that let Open MPI run it.
 fn distribute(command: &mut Command, python: &Path, script: &Path, ranks: &str) {
@@ -198,7 +202,9 @@ fn distribute(command: &mut Command, python: &Path, script: &Path, ranks: &str) 
         // With mpi4py's own main an exception on one rank ends all; without it the others wait.
         .args(["-B", "-m", "mpi4py"])
         .arg(script)
-        .args(["--ranks", ranks]);
+        .args(["--ranks", ranks])
+        // mpirun starts nothing without them.
+        .env(SESSION_FOLDERS, "1");
     // Open MPI refuses to start for root, and more processes than cores, and it binds those of
     // different jobs to the same cores. The first names are of version 4, the last of 5.
     for (name, value) in [
