@@ -287,12 +287,9 @@ def broken_cache(at):
     again("a form that was never compiled to the end")
     libraries[1].unlink()
     again("a library that is gone")
-    for path in forms.glob("*.so"):
-        path.write_bytes(b"")
-    again("empty libraries")
-    for path in forms.glob("*.so"):
-        os.truncate(path, path.stat().st_size // 2)
-    again("libraries that were cut off")
+    for k, path in enumerate(sorted(forms.glob("*.so"))):
+        os.truncate(path, path.stat().st_size // 2 if k % 2 else 0)
+    again("libraries that are empty or cut off")
     for path in forms.glob("*.so"):
         path.write_bytes(b"no library" * 1000)
     # Another run is at work with it, so that it cannot be cleared.
@@ -353,7 +350,7 @@ def signals(at):
     whole = time.monotonic() - begun
     luck, ended, finished, slowest = random.Random(1), 0, 0, 0.0
     # With `tests/run --all` at more of them.
-    moments = 24 if "FACEOFF_SCENES" in os.environ else 12
+    moments = 24 if "FACEOFF_SCENES" in os.environ else 6
     for k in range(moments):
         for name in ("out.json", "out.xml"):
             (at / name).unlink(missing_ok=True)
@@ -426,7 +423,7 @@ def errors(told):
 def out_of_memory(at):
     # An engine that takes all there is, under a limit of its own.
     (at / "hungry.py").write_text(
-        "import resource\nresource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))\nx = []\n"
+        "import resource\nresource.setrlimit(resource.RLIMIT_AS, (1 << 28, 1 << 28))\nx = []\n"
         "while True:\n    x.append(bytearray(1 << 24))\n"
     )
     (at / "hungry.toml").write_text('name = "hungry"\ncommand = ["python3", "hungry.py"]\n')
@@ -436,7 +433,8 @@ def out_of_memory(at):
     # FreeFEM and dolfinx, with less than they need: less than a fine mesh takes beyond what the smallest one takes.
     peaks = at / "peaks"
     programs = {"freefem": ("FreeFem++-nw", shutil.which("FreeFem++")), "fenicsx": ("python", "/usr/bin/python3")}
-    for engine, n in (("freefem", 64), ("fenicsx", 128)):
+    # FreeFEM's OpenBLAS with a little less than it needs tries again, for seconds at best.
+    for engine, n, parts in (("freefem", 64, (0.6, 0.3)), ("fenicsx", 128, (0.9, 0.6, 0.3))):
         name, program = programs[engine]
         wrapper = at / "bin" / name
         wrapper.parent.mkdir(exist_ok=True)
@@ -456,8 +454,8 @@ def out_of_memory(at):
         small, large = solve(2), solve(n)
         must(small[0] == large[0] == 0 < small[3] < large[3], engine, small, large)
         refused = 0
-        for part in (0.9, 0.6, 0.3):
-            # OpenBLAS tries again for ever: the time limit ends that.
+        for part in parts:
+            # What tries for ever is ended by the time limit.
             code, out, err, _ = solve(n, int(part * (large[3] - small[3])), ("--time-limit", 60))
             if code == 0:
                 # Not all that a program holds is private: it may have had enough, and then its answer is the right one.

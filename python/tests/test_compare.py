@@ -228,7 +228,7 @@ def test_ctrl_c_ends_a_comparison_and_the_next_one_runs():
 import signal, threading, time, os
 import faceoff_fem as fo
 from common import quadratic, sampled
-a, b = sampled(quadratic, 400, 2), sampled(quadratic, 401, 2)
+a, b = sampled(quadratic, 250, 2), sampled(quadratic, 251, 2)
 threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 begun = time.perf_counter()
 try:
@@ -269,7 +269,7 @@ count = int(sys.argv[1])
 first = most(count // 4)
 print(most(count) - first)
 """
-    count = 8000 if "FACEOFF_SCENES" in os.environ else 2000
+    count = 8000 if "FACEOFF_SCENES" in os.environ else 1000
     run = [sys.executable, "-c", script, str(count)]
     told = subprocess.run(run, capture_output=True, text=True, cwd=os.path.dirname(__file__), check=False)
     assert told.returncode == 0, told
