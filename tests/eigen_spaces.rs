@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::common::{Ran, folder, in_turn, source, write};
+use crate::common::{Ran, folder, in_turn, source, times, write};
 use crate::eigen::{assert_agree, residual, run, verify, with_fault};
 
 /// The Laplacian with u = 0 on the boundary.
@@ -90,11 +90,13 @@ fn modes_agree_in_every_kind_of_space() {
         ("union-jack", 4, "CR", FIVE, (2.0, 2e-2)),
         ("union-jack", 8, "DG1", FIVE, (2.0, 0.03)),
         ("quadrangles", 8, "P1", FOUR, (2.0, 0.03)),
+        ("hexahedra", 2, "P2", FOUR, (3.0, 1e-2)),
         ("quadrangles", 4, "P2", FOUR, (2.0, 1e-3)),
         ("union-cube", 4, "P2", FIVE, (3.0, 0.01)),
-        ("hexahedra", 2, "P2", FOUR, (3.0, 1e-2)),
     ];
-    for (k, (generator, n, space, codes, exact)) in (0..).zip(cases) {
+    // The last two have an element or a mesh that others have as well.
+    let count = if times() > 1 { 7 } else { 5 };
+    for (k, (generator, n, space, codes, exact)) in (0..).zip(cases).take(count) {
         let case = Case {
             generator,
             n,

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::{faceoff, folder, interrupt, run, told, write};
+use crate::common::{faceoff, folder, interrupt, run, times, told, write};
 use serde_json::Value;
 
 fn number(value: &Value) -> f64 {
@@ -106,8 +106,13 @@ fn check_orders(example: &Value, room: f64) {
 #[test]
 fn section_6_again() {
     let folder = folder();
+    // The paper's meshes with `tests/run --all`; without the finest, a third of the time.
+    let n = [16, 32, 64];
+    let n = &n[..if times() > 1 { 3 } else { 2 }];
+    let levels: Vec<String> = n.iter().map(u32::to_string).collect();
+    let levels = levels.join(",");
     let words = [
-        "paper", "--n", "16,32,64", "--fine", "128", "--report", "out", "--json", "-",
+        "paper", "--n", &levels, "--fine", "128", "--report", "out", "--json", "-",
     ];
     let ran = run(folder.path(), &words);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
@@ -162,7 +167,7 @@ fn section_6_again() {
             .all(|v| (number(&v["h1"]["fit"]) - 1.0).abs() < 0.1),
         "{variants:?}"
     );
-    check_counts(&outcome);
+    check_counts(&outcome, n);
     let theory = &outcome["theory"];
     assert_eq!(theory["load_has_trace"], true);
     for of_mesh in theory["meshes"].as_array().unwrap() {
@@ -191,7 +196,7 @@ fn section_6_again() {
     ] {
         assert!(text.contains(part), "{part}");
     }
-    check_figures(&out, 3);
+    check_figures(&out, n.len());
 
     // An earlier report is replaced, and nothing is left beside it.
     let again = [
@@ -217,7 +222,7 @@ fn section_6_again() {
 }
 
 /// Counted by the paper's own criterion. The numbers are those of a program of another hand, in numpy, and of FreeFEM.
-fn check_counts(outcome: &Value) {
+fn check_counts(outcome: &Value, n: &[u32]) {
     let counts = outcome["counts"].as_array().unwrap();
     let of = |iteration: &str, method: &str, mesh: &str| {
         let found = counts
@@ -227,27 +232,36 @@ fn check_counts(outcome: &Value) {
     };
     for mesh in ["union-jack", "exchanged"] {
         let nearest = of("displacement-new", "cr", mesh);
-        assert_eq!(nearest["iterations"], serde_json::json!([79, 73, 67]));
+        assert_eq!(
+            nearest["iterations"],
+            serde_json::json!([79, 73, 67][..n.len()])
+        );
         let lagged = of("lagged-gap", "cr", mesh);
         // By the increment alone, though the scheme is far from solved.
         assert_eq!(lagged["iterations"][0], 163);
-        assert!(number(&lagged["backward_errors"][2]) > 1e-4, "{lagged}");
+        assert!(
+            number(&lagged["backward_errors"][n.len() - 1]) > 1e-4,
+            "{lagged}"
+        );
         assert_eq!(
             of("newton", "cr", mesh)["iterations"]
                 .as_array()
                 .unwrap()
                 .len(),
-            3
+            n.len()
         );
         assert_eq!(
             of("displacement-new", "p2", mesh)["n"],
-            serde_json::json!([16, 32, 64])
+            serde_json::json!(n)
         );
     }
     let search = &outcome["search"];
     assert!(search["tried"].as_u64().unwrap() > 1000);
     let first = &search["nearest"][0];
-    assert_eq!(first["iteration"], "displacement-new");
+    // The nearest on all three meshes of the paper.
+    if n.len() == 3 {
+        assert_eq!(first["iteration"], "displacement-new");
+    }
     assert!(number(&first["off"]) < 0.1, "{first}");
     // Two numbers that are reported of each trial say the same.
     let stated = [79.0, 84.0, 66.0];

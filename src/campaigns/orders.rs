@@ -288,7 +288,7 @@ mod tests {
         for (k, scene) in Scene::exact_names().into_iter().enumerate() {
             let methods = (k..)
                 .zip(METHODS)
-                .filter(|(k, _)| crate::run::is_in_turn(*k));
+                .filter(|(k, _)| crate::run::is_in_turn(*k, 3));
             let mut left: Vec<Method> = methods.map(|(_, m)| m.parse().unwrap()).collect();
             for n in [[8, 16, 32], [16, 32, 64], [32, 64, 128]] {
                 let scenes = [Scene::find(scene).unwrap()];
@@ -324,7 +324,7 @@ mod tests {
         for (k, scene) in (0..).zip(Scene::exact_names_3d()) {
             let methods = (k..).zip([Method::cr(), Method::cr_fc(), Method::p2()]);
             let methods: Vec<Method> = methods
-                .filter(|(k, _)| crate::run::is_in_turn(*k))
+                .filter(|(k, _)| crate::run::is_in_turn(*k, 3))
                 .map(|(_, method)| method)
                 .collect();
             let scenes = [Scene::find(scene).unwrap()];

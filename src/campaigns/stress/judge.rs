@@ -281,7 +281,7 @@ mod tests {
         ];
         let in_turn = (0..)
             .zip(methods)
-            .filter(|(k, _)| crate::run::is_in_turn(*k));
+            .filter(|(k, _)| crate::run::is_in_turn(*k, 4));
         let methods: Vec<Method> = in_turn.map(|(_, m)| m.parse().unwrap()).collect();
         let request = StressRequest {
             scenes: vec![Scene::find("manufactured-3").unwrap()],

@@ -412,7 +412,7 @@ mod tests {
     fn discretisations_are_not_misjudged() {
         let mut random = random(63);
         let (mut told, mut tried) = ([0; 2], 0);
-        for draw in (0..60).filter(|k| crate::run::is_in_turn(k / 2)) {
+        for draw in (0..60).filter(|k| crate::run::is_in_turn(k / 2, 3)) {
             tried += 1;
             let is_off = draw % 2 == 1;
             let mut data = [0; 4].map(|_| 0.5 + 3.0 * random());
