@@ -22,6 +22,7 @@ class Browser:
     def __init__(self, home):
         self.events = []
         self.number = 0
+        self.tab = None
         self.rest = b""
         read_here, write_there = os.pipe()
         read_there, self.commands = os.pipe()
@@ -39,6 +40,7 @@ class Browser:
                 "--headless",
                 "--no-sandbox",
                 "--disable-gpu",
+                "--in-process-gpu",
                 "--hide-scrollbars",
                 "--remote-debugging-pipe",
                 f"--user-data-dir={home}/profile",
@@ -77,6 +79,13 @@ class Browser:
                 return answer["result"]
             self.events.append(answer)
 
+    def session(self):
+        """Of the one tab, which shows all pages: a process for each takes longer than to show it."""
+        if self.tab is None:
+            target = self.ask("Target.createTarget", url="about:blank")["targetId"]
+            self.tab = self.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        return self.tab
+
     def wait(self, method):
         while not any(event.get("method") == method for event in self.events):
             self.events.append(self.receive())
@@ -84,10 +93,7 @@ class Browser:
 
 def look(browser, words):
     browser.events.clear()
-    target = browser.ask("Target.createTarget", url="about:blank")["targetId"]
-    session = browser.ask("Target.attachToTarget", targetId=target, flatten=True)[
-        "sessionId"
-    ]
+    session = browser.session()
 
     def ask(method, **parameters):
         return browser.ask(method, session, **parameters)
@@ -139,7 +145,6 @@ def look(browser, words):
     if words.picture:
         picture = ask("Page.captureScreenshot", format="png")["data"]
         pathlib.Path(words.picture).write_bytes(base64.b64decode(picture))
-    browser.ask("Target.closeTarget", targetId=target)
     own = [event for event in browser.events if event.get("sessionId") == session]
     told["console"] = [
         event["params"]

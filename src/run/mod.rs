@@ -376,7 +376,7 @@ fn of_settings(settings: &Settings) -> Value {
     })
 }
 
-/// Whether a test takes the k-th case of its list: one of so many, so that each kind has its turn, and all in `tests/run --all`.
+/// Whether a test takes the k-th case of its list: every `of`-th, so that each kind has its turn, and all in `tests/run --all`.
 #[cfg(test)]
 pub(crate) fn is_in_turn(k: usize, of: usize) -> bool {
     k.is_multiple_of(of) || std::env::var_os("FACEOFF_SCENES").is_some()
