@@ -288,7 +288,7 @@ mod tests {
         for (k, scene) in Scene::exact_names().into_iter().enumerate() {
             let methods = (k..)
                 .zip(METHODS)
-                .filter(|(k, _)| crate::run::is_in_turn(*k, 3));
+                .filter(|(k, _)| crate::run::is_in_turn(*k, 5));
             let mut left: Vec<Method> = methods.map(|(_, m)| m.parse().unwrap()).collect();
             for n in [[8, 16, 32], [16, 32, 64], [32, 64, 128]] {
                 let scenes = [Scene::find(scene).unwrap()];

@@ -144,7 +144,7 @@ mod tests {
         let in_turn = all
             .iter()
             .enumerate()
-            .filter(|(k, _)| crate::run::is_in_turn(*k, 5));
+            .filter(|(k, _)| crate::run::is_in_turn(*k, 7));
         let all: Vec<_> = in_turn.map(|(_, case)| case).collect();
         let found: Vec<Option<String>> = all.par_iter().copied().filter_map(of).collect();
         assert!(
