@@ -94,7 +94,7 @@ fn modes_agree_in_every_kind_of_space() {
         ("quadrangles", 4, "P2", FOUR, (2.0, 1e-3)),
         ("union-cube", 4, "P2", FIVE, (3.0, 0.01)),
     ];
-    // The last two have an element or a mesh that others have as well.
+    // The last two have elements and meshes that others have as well: with `tests/run --all`.
     let count = if times() > 1 { 7 } else { 5 };
     for (k, (generator, n, space, codes, exact)) in (0..).zip(cases).take(count) {
         let case = Case {

@@ -534,7 +534,7 @@ fn effectivity(seed: u64, method: &str) -> Option<(f64, bool, String)> {
 fn bounds_of_random_scenes_are_sharp() {
     let (first, times) = asked_for();
     let methods = [("cr", 1.5), ("cr-fc", 1.5), ("p1", 1.5), ("p2", 3.0)];
-    // That of the paper in every run.
+    // The method of the paper in every run, all with `tests/run --all`.
     let count = if times > 1 { 4 } else { 1 };
     for (method, most) in methods.into_iter().take(count) {
         let seeds = 20_000 + first..20_000 + first + 3 * times;
@@ -556,8 +556,8 @@ fn bounds_of_random_scenes_are_sharp() {
     }
 }
 
-/// The same scenes each time, `count` times as many with `tests/run --all` as that asks for and half of `count` without, of which at least the
-/// fraction `least / of` gets a certificate.
+/// The same scenes each time: half of `count`, or `count` for each time that `tests/run --all` asks for. At least the fraction `least / of` of
+/// them gets a certificate.
 fn campaign(count: u64, [least, of]: [u64; 2], draw: impl Fn(&mut Random) -> Made + Sync) {
     let (first, times) = asked_for();
     let count = if times > 1 { count * times } else { count / 2 };

@@ -269,7 +269,7 @@ fn bounds_hold_on_every_exact_scene() {
 fn bounds_hold_in_space() {
     let mut checked = 0;
     for (k, name) in Scene::exact_names_3d().into_iter().enumerate() {
-        // Its data take half of the time of all.
+        // Its data take half of the time of all scenes: with `tests/run --all`.
         if name == "checkerboard" && asked_for().1 == 1 {
             continue;
         }
