@@ -167,7 +167,7 @@ impl Held {
     /// Adds open files that have been deleted.
     fn removed(&mut self, id: u32) {
         #[cfg(unix)]
-        for id in machine::below(id).keys() {
+        for id in machine::below(id) {
             use std::os::unix::fs::MetadataExt as _;
             let open = fs::read_dir(format!("/proc/{id}/fd")).into_iter().flatten();
             for entry in open.flatten() {
@@ -228,7 +228,7 @@ mod tests {
         let states = || -> String {
             let of = |id: &u32| fs::read_to_string(format!("/proc/{id}/stat")).unwrap();
             let all = machine::below(shell.id());
-            let children = all.keys().filter(|id| **id != shell.id());
+            let children = all.iter().filter(|id| **id != shell.id());
             children
                 .map(|id| of(id).rsplit(") ").next().unwrap().chars().next().unwrap())
                 .collect()
@@ -246,8 +246,8 @@ mod tests {
         until(&|states| states == "SSSSS");
         assert!(has_more(shell.id(), 4));
         until(&|states| states == "TTTTT");
-        for id in machine::below(shell.id()).keys() {
-            let id = nix::unistd::Pid::from_raw(*id as i32);
+        for id in machine::below(shell.id()) {
+            let id = nix::unistd::Pid::from_raw(id as i32);
             nix::sys::signal::kill(id, nix::sys::signal::Signal::SIGKILL).unwrap();
         }
         shell.wait().unwrap();

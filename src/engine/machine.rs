@@ -76,7 +76,8 @@ fn largest(_: bool) -> f64 {
 pub fn held_memory() -> u64 {
     let (mut own, mut shared) = (0, 0);
     let mut folders = HashMap::new();
-    for (id, text) in below(std::process::id()) {
+    for id in below(std::process::id()) {
+        let text = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
         own += megabytes(&text, "RssAnon").map_or(0, bytes);
         // Shared memory counts once, and takes longer to measure.
         if megabytes(&text, "RssShmem").is_some_and(|held| held > 16.0) {
@@ -101,35 +102,30 @@ fn bytes(megabytes: f64) -> u64 {
     (megabytes * 1024.0 * 1024.0) as u64
 }
 
-/// The system's data about the process `ancestor` and its descendants, by their numbers.
-pub(super) fn below(ancestor: u32) -> HashMap<u32, String> {
-    let mut processes = HashMap::new();
-    for entry in fs::read_dir("/proc").into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let Some(id) = name.to_str().and_then(|name| name.parse::<u32>().ok()) else {
-            continue;
-        };
-        let text = fs::read_to_string(entry.path().join("status")).unwrap_or_default();
-        processes.insert(id, (count(&text, "PPid"), text));
-    }
-    let is_below = |mut id: u32| {
-        // Deeper than any chain of parents, should one change while it is followed.
-        for _ in 0..processes.len() {
-            match processes.get(&id) {
-                _ if id == ancestor => return true,
-                Some((Some(parent), _)) => id = *parent as u32,
-                _ => return false,
+/// The process `ancestor` and its descendants, of those of the system.
+pub(super) fn below(ancestor: u32) -> Vec<u32> {
+    let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
+    let processes: Vec<(u32, u32)> = entries
+        .filter_map(|entry| {
+            let id = entry.file_name().to_str()?.parse().ok()?;
+            let text = fs::read_to_string(entry.path().join("stat")).ok()?;
+            // A name, in brackets, may contain anything.
+            let parent = text.rsplit_once(')')?.1.split_whitespace().nth(1)?;
+            Some((id, parent.parse().ok()?))
+        })
+        .collect();
+    let mut ours = vec![ancestor];
+    let mut looked = 0;
+    while let Some(parent) = ours.get(looked).copied() {
+        looked += 1;
+        for (id, of) in &processes {
+            // What ends and begins meanwhile may seem its own parent.
+            if *of == parent && !ours.contains(id) {
+                ours.push(*id);
             }
         }
-        false
-    };
-    let ours: Vec<u32> = processes
-        .keys()
-        .copied()
-        .filter(|id| is_below(*id))
-        .collect();
-    let text = |id: u32| Some((id, processes.remove(&id)?.1));
-    ours.into_iter().filter_map(text).collect()
+    }
+    ours
 }
 
 /// Processes and threads of the whole system; 0 if it does not report them.
@@ -137,11 +133,6 @@ pub(super) fn tasks() -> usize {
     let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let all = text.split(['/', ' ']).nth(4);
     all.and_then(|all| all.parse().ok()).unwrap_or(0)
-}
-
-/// A line `name: 12`.
-pub(super) fn count(text: &str, name: &str) -> Option<usize> {
-    field(text, name)?.parse().ok()
 }
 
 /// The peak memory of this process since a given moment.
@@ -193,7 +184,7 @@ mod tests {
         assert_eq!(megabytes(text, "VmHWM"), Some(2.0));
         assert_eq!(megabytes(text, "VmRSS"), None);
         assert!(Machine::here().threads > 0);
-        assert!(below(std::process::id()).contains_key(&std::process::id()));
+        assert!(below(std::process::id()).contains(&std::process::id()));
         assert!(tasks() > 1 && held_memory() > 0);
     }
 

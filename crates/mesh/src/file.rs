@@ -14,6 +14,9 @@ use tempfile::TempDir;
 use crate::error::{Error, Result};
 use crate::memory;
 
+/// The length of a small file, in bytes.
+const SMALL: u64 = 1 << 20;
+
 /// Opens a regular file; a symbolic link is followed.
 ///
 /// # Errors
@@ -28,11 +31,20 @@ pub fn open(path: &Path) -> io::Result<File> {
         return Err(io::Error::other("it is not a regular file"));
     }
     let length = file.metadata()?.len();
-    if memory::available().is_some_and(|there| length > there) {
+    if length > most(length) {
         let what = format!("it has {length} bytes, more than memory can hold");
         return Err(io::Error::other(what));
     }
     Ok(file)
+}
+
+/// The most bytes to read from a file of this length. What memory can hold is not asked for small files: to ask takes longer than to read
+/// them.
+fn most(length: u64) -> u64 {
+    match length {
+        1..=SMALL => 2 * SMALL,
+        _ => memory::available().unwrap_or(u64::MAX),
+    }
 }
 
 /// Opens without waiting, should a pipe have taken the place of a file.
@@ -51,14 +63,16 @@ fn open_now(path: &Path) -> io::Result<File> {
 /// # Errors
 /// The errors of [`open`].
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    let file = open(path).map_err(Error::io(path, "read"))?;
-    let mut bytes = Vec::new();
-    let most = memory::available().unwrap_or(u64::MAX);
-    // Files of the system have a different length than they report.
-    file.take(most)
-        .read_to_end(&mut bytes)
-        .map_err(Error::io(path, "read"))?;
-    Ok(bytes)
+    let failed = Error::io(path, "read");
+    let read = || {
+        let file = open(path)?;
+        let length = file.metadata()?.len();
+        let mut bytes = Vec::new();
+        // Files of the system have a different length than they report.
+        file.take(most(length)).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    };
+    read().map_err(failed)
 }
 
 /// A regular file of text.
@@ -272,11 +286,15 @@ impl Temporary {
 fn sweep(place: &Path, like: &Path) -> io::Result<()> {
     let owner = fs::metadata(like)?.uid();
     for entry in fs::read_dir(place)? {
-        let path = entry?.path();
+        let entry = entry?;
+        // Of what others left in the same place only the names are looked at.
+        if !entry.file_name().to_string_lossy().starts_with(PREFIX) {
+            continue;
+        }
+        let path = entry.path();
         let found = fs::symlink_metadata(&path)?;
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
         let age = found.modified()?.elapsed().unwrap_or_default();
-        let may_be = name.starts_with(PREFIX) && found.is_dir() && found.uid() == owner;
+        let may_be = found.is_dir() && found.uid() == owner;
         if may_be && age > YOUNG && File::open(&path)?.try_lock().is_ok() {
             fs::remove_dir_all(&path)?;
         }

@@ -40,6 +40,7 @@ pub fn fill(code: &str, fields: Value) -> Result<String, String> {
     })
 }
 
+/// The templates are parsed when they are asked for, since a run asks for few.
 fn frames() -> Result<Environment<'static>, Error> {
     let mut all = Environment::new();
     let syntax = SyntaxConfig::builder()
@@ -53,13 +54,13 @@ fn frames() -> Result<Environment<'static>, Error> {
     all.add_filter("each", each);
     all.add_filter("dot", dot);
     all.add_function("trace", trace);
-    let codes = CODES
-        .iter()
-        .chain(&BY_HAND)
-        .map(|code| (code.name, code.frame));
-    for (name, text) in PARTS.into_iter().chain(codes) {
-        all.add_template(name, text)?;
-    }
+    all.set_loader(|asked| {
+        let codes = CODES.iter().chain(&BY_HAND);
+        let codes = codes.map(|code| (code.name, code.frame));
+        let mut texts = PARTS.into_iter().chain(codes);
+        let found = texts.find(|(name, _)| *name == asked);
+        Ok(found.map(|(_, text)| text.to_owned()))
+    });
     Ok(all)
 }
 
