@@ -102,7 +102,7 @@ fn bytes(megabytes: f64) -> u64 {
     (megabytes * 1024.0 * 1024.0) as u64
 }
 
-/// The process `ancestor` and its descendants, of those of the system.
+/// The numbers of the process `ancestor` and of its descendants.
 pub(super) fn below(ancestor: u32) -> Vec<u32> {
     let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
     let processes: Vec<(u32, u32)> = entries
@@ -119,7 +119,7 @@ pub(super) fn below(ancestor: u32) -> Vec<u32> {
     while let Some(parent) = ours.get(looked).copied() {
         looked += 1;
         for (id, of) in &processes {
-            // What ends and begins meanwhile may seem its own parent.
+            // As processes end and begin meanwhile, one may seem to be its own ancestor.
             if *of == parent && !ours.contains(id) {
                 ours.push(*id);
             }
@@ -184,7 +184,9 @@ mod tests {
         assert_eq!(megabytes(text, "VmHWM"), Some(2.0));
         assert_eq!(megabytes(text, "VmRSS"), None);
         assert!(Machine::here().threads > 0);
-        assert!(below(std::process::id()).contains(&std::process::id()));
+        let parent = std::os::unix::process::parent_id();
+        assert!(below(parent).contains(&std::process::id()));
+        assert!(!below(std::process::id()).contains(&parent));
         assert!(tasks() > 1 && held_memory() > 0);
     }
 

@@ -38,8 +38,8 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// The most bytes to read from a file of this length. What memory can hold is not asked for small files: to ask takes longer than to read
-/// them.
+/// The most bytes that may be read from a file of this length: what memory can hold. For a small file the system is not asked, which takes
+/// longer than to read it.
 fn most(length: u64) -> u64 {
     match length {
         1..=SMALL => 2 * SMALL,
@@ -63,16 +63,23 @@ fn open_now(path: &Path) -> io::Result<File> {
 /// # Errors
 /// The errors of [`open`].
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    let failed = Error::io(path, "read");
     let read = || {
         let file = open(path)?;
-        let length = file.metadata()?.len();
-        let mut bytes = Vec::new();
         // Files of the system have a different length than they report.
-        file.take(most(length)).read_to_end(&mut bytes)?;
-        Ok(bytes)
+        let most = most(file.metadata()?.len());
+        whole(file, most)
     };
-    read().map_err(failed)
+    read().map_err(Error::io(path, "read"))
+}
+
+/// All bytes of a file, at most `most`.
+fn whole(mut file: File, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    (&mut file).take(most).read_to_end(&mut bytes)?;
+    match file.read(&mut [0])? {
+        0 => Ok(bytes),
+        _ => Err(io::Error::other(format!("it has more than {most} bytes"))),
+    }
 }
 
 /// A regular file of text.
@@ -168,14 +175,9 @@ pub fn read_beneath(folder: &Path, name: &str, most: u64) -> Result<Vec<u8>> {
     let path = folder.join(name);
     let failed = Error::io(&path, "read");
     let read = || {
-        let mut file = open_beneath(folder, name)?;
+        let file = open_beneath(folder, name)?;
         let most = memory::available().map_or(most, |there| there.min(most));
-        let mut bytes = Vec::new();
-        (&mut file).take(most).read_to_end(&mut bytes)?;
-        match file.read(&mut [0])? {
-            0 => Ok(bytes),
-            _ => Err(io::Error::other(format!("it has more than {most} bytes"))),
-        }
+        whole(file, most)
     };
     read().map_err(failed)
 }
