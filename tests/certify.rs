@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::common::{Ran, folder, run, told, write};
+use crate::common::{Ran, dolfinx, folder, run, told, write};
 use faceoff_mesh::io;
 use faceoff_mesh::mesh::{Mesh, Support, Values};
 
@@ -412,10 +412,7 @@ fn what_freefem_and_dolfinx_write_is_certified_as_it_is() {
     let rounded = certified(at, &["freefem.sol", "--scene", "one-zone"]);
     assert!((bound(&rounded) / bound(&found) - 1.0).abs() < 1e-4);
 
-    let script = write(at, "write.py", BY_DOLFINX);
-    let mut python = Command::new("/usr/bin/python3");
-    let ran = told(python.arg(script).current_dir(at).output().unwrap());
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    dolfinx(at, BY_DOLFINX, &[]);
     for (name, element) in [("cr", "CR"), ("p1", "P1"), ("p2", "P2")] {
         let [pvd, csv] = ["pvd", "csv"].map(|suffix| format!("{name}.{suffix}"));
         let found = certified(at, &[&pvd, "--scene", "one-zone"]);

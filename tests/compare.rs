@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::common::{Ran, folder, run, write};
+use crate::common::{Ran, dolfinx, folder, run, write};
 
 /// A solution as VTU, and its faces beside it.
 fn solve(folder: &Path, engine: &str, out: &str) {
@@ -339,14 +339,6 @@ fn points_of_no_cell_are_left_out_with_a_word() {
     assert_eq!(compare(at, &["b.msh", "c.msh"]).code, Some(1));
 }
 
-/// Runs a script of dolfinx.
-fn python(folder: &Path, script: &str) {
-    let script = write(folder, "write.py", script);
-    let mut python = Command::new("/usr/bin/python3");
-    let ran = crate::common::told(python.arg(script).current_dir(folder).output().unwrap());
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-}
-
 /// Runs a script of FreeFEM that loads its plugins.
 fn freefem(folder: &Path, script: &str) {
     let plugins = "/usr/lib/freefem++";
@@ -430,7 +422,7 @@ fn what_freefem_and_dolfinx_write_is_compared_as_it_is() {
     let folder = folder();
     let at = folder.path();
     freefem(at, BY_FREEFEM);
-    python(at, BY_DOLFINX);
+    dolfinx(at, BY_DOLFINX, &[]);
     let fields = |told: &serde_json::Value| -> Vec<(String, u64, u64)> {
         let fields = told["fields"].as_array().unwrap().iter();
         let mut fields: Vec<_> = fields
@@ -622,7 +614,7 @@ for element, name, shift in [("Lagrange", "cg", 0), ("DG", "dg", 0), ("DG", "off
     with io.VTKFile(m.comm, name + ".pvd", "w") as file:
         file.write_function(u)
 "#;
-    python(at, script);
+    dolfinx(at, script, &[]);
     let ran = compare(at, &["cg000000.pvtu", "dg_p0_000000.vtu"]);
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
     let told = ran.json();

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::common::{assert_valid, folder, run, source};
+use crate::common::{assert_valid, folder, run, run_dolfinx, source, told};
 
 /// Writes the script of a code with one text instead of another, runs it, and returns its result.
 fn result(at: &Path, form: &str, code: &str, change: (&str, &str)) -> String {
@@ -21,12 +21,9 @@ pub fn changed(at: &Path, form: &str, code: &str, changes: &[(&str, &str)]) -> S
     fs::create_dir_all(at.join("out")).unwrap();
     let ran = run(at, &["write", &file, "--for", code, "-o", "out"]);
     assert_eq!(ran.code, Some(0), "{}", ran.stderr);
-    let (script, mut command) = match code {
-        "freefem" => (format!("out/{form}.edp"), Command::new("FreeFem++-nw")),
-        _ => (
-            format!("out/{form}_dolfinx.py"),
-            Command::new("/usr/bin/python3"),
-        ),
+    let script = match code {
+        "freefem" => format!("out/{form}.edp"),
+        _ => format!("out/{form}_dolfinx.py"),
     };
     let mut text = fs::read_to_string(at.join(&script)).unwrap();
     for (from, to) in changes {
@@ -34,20 +31,25 @@ pub fn changed(at: &Path, form: &str, code: &str, changes: &[(&str, &str)]) -> S
         text = text.replace(from, to);
     }
     fs::write(at.join(&script), text).unwrap();
-    // The script reads the mesh beside it.
-    let name = script.trim_start_matches("out/");
-    let out = command
-        .current_dir(at.join("out"))
-        .arg(name)
-        .output()
-        .unwrap();
-    assert!(
-        out.status.success(),
-        "{}",
-        String::from_utf8_lossy(&out.stdout)
-    );
+    solve(&at.join(script));
     let suffix = if code == "freefem" { "" } else { "_dolfinx" };
     format!("out/{form}{suffix}.vtu")
+}
+
+/// Runs a script of FreeFEM or dolfinx in its folder, where it reads the mesh.
+pub fn solve(script: &Path) {
+    if script.extension().is_some_and(|of| of == "py") {
+        return run_dolfinx(script, &[]);
+    }
+    let mut command = Command::new("FreeFem++-nw");
+    let command = command.args(["-v", "0"]).arg(script);
+    let ran = told(
+        command
+            .current_dir(script.parent().unwrap())
+            .output()
+            .unwrap(),
+    );
+    assert_eq!(ran.code, Some(0), "{}: {}", script.display(), ran.stdout);
 }
 
 pub fn judge(at: &Path, form: &str, result: &str) -> (Option<i32>, Value) {

@@ -1,31 +1,23 @@
 //! `faceoff compare` on results of other meshes of one domain, of other codes, and `faceoff orders --results`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use serde_json::Value;
 
-use crate::common::{Ran, assert_valid, folder, run, source, times, told, write};
+use crate::common::{Ran, assert_valid, dolfinx, folder, run, source, times, told, write};
 
 fn compare(folder: &Path, words: &[&str]) -> Ran {
     run(folder, &[&["compare"], words, &["--json", "-"]].concat())
 }
 
-/// Runs a script with a Python.
-fn python(folder: &Path, interpreter: &Path, script: &str, words: &[&str]) {
+/// Runs a script with the Python that has readers.
+fn readers(folder: &Path, script: &str, words: &[&str]) {
     let script = write(folder, "write.py", script);
-    let mut python = Command::new(interpreter);
+    let mut python = Command::new(source("target/python/bin/python3"));
     python.arg(script).args(words).current_dir(folder);
     let ran = told(python.output().unwrap());
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
-}
-
-fn dolfinx() -> PathBuf {
-    "/usr/bin/python3".into()
-}
-
-fn readers() -> PathBuf {
-    source("target/python/bin/python3")
 }
 
 fn field<'a>(told: &'a Value, name: &str) -> &'a Value {
@@ -81,7 +73,7 @@ for shape in ["triangle", "quadrangle", "tetrahedron"]:
             gmsh.option.setNumber("PostProcessing.SaveMesh", 0)
             gmsh.view.write(view, path, append=True)
 "#;
-    python(at, &readers(), script, &[]);
+    readers(at, script, &[]);
     for shape in ["triangle", "quadrangle", "tetrahedron"] {
         // Of order 5 they take as long as all others.
         let most = if shape == "tetrahedron" && times() == 1 {
@@ -130,7 +122,7 @@ with io.VTKFile(m.comm, name + "-linear.pvd", "w") as file:
 fn dolfinx_on_two_ranks_is_dolfinx_on_one() {
     let folder = folder();
     let at = folder.path();
-    python(at, &dolfinx(), DOLFINX, &["5", "serial"]);
+    dolfinx(at, DOLFINX, &["5", "serial"]);
     let script = at.join("write.py");
     let mut ranks = Command::new("mpirun");
     ranks.args([
@@ -167,8 +159,8 @@ fn results_of_dolfinx_on_other_meshes() {
     let folder = folder();
     let at = folder.path();
     for dim in ["2", "3"] {
-        python(at, &dolfinx(), DOLFINX, &["4", "coarse", dim]);
-        python(at, &dolfinx(), DOLFINX, &["6", "fine", dim]);
+        dolfinx(at, DOLFINX, &["4", "coarse", dim]);
+        dolfinx(at, DOLFINX, &["6", "fine", dim]);
         let ran = compare(
             at,
             &["coarse-linear.pvd", "fine-linear.pvd", "--rtol", "1e-14"],
@@ -241,7 +233,7 @@ fn interpolants_have_their_orders() {
     let folder = folder();
     let at = folder.path();
     for n in ["4", "8", "16", "32"] {
-        python(at, &dolfinx(), DOLFINX, &[n, &format!("n{n}")]);
+        dolfinx(at, DOLFINX, &[n, &format!("n{n}")]);
     }
     let results = "n4.pvd,n8.pvd,n16.pvd";
     let against: [&[&str]; 3] = [
@@ -450,8 +442,8 @@ fn two_codes_on_their_own_meshes_have_the_orders_of_theory() {
     freefem.env("FF_LOADPATH", "/usr/lib/freefem++");
     let ran = told(freefem.output().unwrap());
     assert_eq!(ran.code, Some(0), "{}{}", ran.stdout, ran.stderr);
-    python(at, &readers(), OTHER_SQUARES, &["mesh"]);
-    python(at, &dolfinx(), OTHER_SQUARES, &["solve"]);
+    readers(at, OTHER_SQUARES, &["mesh"]);
+    dolfinx(at, OTHER_SQUARES, &["solve"]);
     for p in [1, 2] {
         let mut norms = Vec::new();
         for n in [8, 16, 32] {

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::common::{Ran, assert_valid, faceoff, folder, run, source, told, write};
+use crate::common::{Ran, assert_valid, dolfinx, faceoff, folder, run, source, told, write};
 
 fn compare(folder: &Path, words: &[&str]) -> Ran {
     run(folder, &[&["compare"], words, &["--json", "-"]].concat())
@@ -50,15 +50,7 @@ for name, times, error in [("a", [0, 0.1, 0.2], 0), ("off", [0, 0.1, 0.1 + 0.1],
             pvd.write_function(u, t)
             xdmf.write_function(u, t)
 "#;
-    let script = write(at, "write.py", script);
-    let ran = told(
-        Command::new("/usr/bin/python3")
-            .arg(script)
-            .current_dir(at)
-            .output()
-            .unwrap(),
-    );
-    assert_eq!(ran.code, Some(0), "{}", ran.stderr);
+    dolfinx(at, script, &[]);
     for suffix in ["pvd", "xdmf"] {
         let [a, off, half] = ["a", "off", "half"].map(|name| format!("{name}.{suffix}"));
         let ran = compare(at, &[&a, &off]);

@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+pub mod warm;
+
 /// The program under test, in a folder of its own.
 pub fn faceoff(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_faceoff"));
@@ -128,6 +130,18 @@ pub fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
     std::fs::create_dir_all(path.parent().expect("a file has a folder")).expect("a folder");
     std::fs::write(&path, text).expect("a file");
     path
+}
+
+/// Runs a script with dolfinx in `folder`, which it writes results to.
+pub fn dolfinx(folder: &Path, script: &str, words: &[&str]) {
+    run_dolfinx(&write(folder, "write.py", script), words);
+}
+
+/// Runs a script of dolfinx in its folder.
+pub fn run_dolfinx(script: &Path, words: &[&str]) {
+    let modules = warm::modules("dolfinx").expect("it has some");
+    let ran = warm::run(Path::new("/usr/bin/python3"), modules, script, words);
+    assert!(ran.0, "{}: {}", script.display(), ran.1.concat());
 }
 
 /// The built-in scene `name` with `from` replaced by `to`, as a file in `folder`.

@@ -87,7 +87,7 @@ fn run(code: &Code, problem: &Problem, mesh: &Mesh, script: &str) -> Option<Valu
     code.write_mesh(folder.path(), problem, mesh)
         .expect("a mesh");
     let ran = match warm::modules(code.name) {
-        Some(modules) => warm::run(&command(code)[0], modules, &path),
+        Some(modules) => warm::run(&command(code)[0], modules, &path, &[]),
         None => cold(code, &path),
     };
     let (has_ended_well, [said, errors]) = ran;
@@ -304,7 +304,7 @@ mod lengths;
 mod random;
 #[path = "gallery/spaces.rs"]
 mod spaces;
-#[path = "gallery/warm.rs"]
+#[path = "../../../tests/common/warm.rs"]
 mod warm;
 
 const NONE: [&str; 0] = [];

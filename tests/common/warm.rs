@@ -15,11 +15,10 @@ struct Warm {
 /// Those that run nothing now, by modules.
 static IDLE: Mutex<BTreeMap<&str, Vec<Warm>>> = Mutex::new(BTreeMap::new());
 
-/// What a code's scripts import, with a space between, and what imports nothing for them that they would have to import themselves. Of
-/// dolfinx that is what starts no MPI, which each process has to start for itself.
+/// What a code's scripts import, with a space between, as the server takes it.
 pub fn modules(code: &str) -> Option<&'static str> {
     match code {
-        "dolfinx" => Some("ffcx.codegeneration.jit"),
+        "dolfinx" => Some("ffcx.codegeneration.jit +dolfinx.cpp"),
         "mfem" => Some("mfem.ser scipy.sparse.linalg"),
         "ngsolve" => Some("ngsolve"),
         "nutils" => Some("nutils.mesh"),
@@ -28,12 +27,17 @@ pub fn modules(code: &str) -> Option<&'static str> {
     }
 }
 
-/// Runs a script in its folder: whether it succeeds, and what it writes to standard output and standard error.
-pub fn run(python: &Path, modules: &'static str, script: &Path) -> (bool, [String; 2]) {
+/// Runs a script in its folder, with these words: whether it succeeds, and what it writes to standard output and standard error.
+pub fn run(
+    python: &Path,
+    modules: &'static str,
+    script: &Path,
+    words: &[&str],
+) -> (bool, [String; 2]) {
     let idle = || IDLE.lock().unwrap_or_else(PoisonError::into_inner);
     let taken = idle().entry(modules).or_default().pop();
     let mut warm = taken.unwrap_or_else(|| Warm::start(python, modules));
-    let code = warm.run(script);
+    let code = warm.run(script, words);
     idle().entry(modules).or_default().push(warm);
     let written = ["stdout", "stderr"].map(|name| {
         let bytes = std::fs::read(script.with_file_name(name)).expect("what it printed");
@@ -44,9 +48,9 @@ pub fn run(python: &Path, modules: &'static str, script: &Path) -> (bool, [Strin
 
 impl Warm {
     fn start(python: &Path, modules: &str) -> Self {
-        let server = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gallery/warm.py");
         let mut command = Command::new(python);
-        command.arg(server).args(modules.split(' '));
+        command.args(["-c", include_str!("warm.py")]);
+        command.args(modules.split(' '));
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = command
             .spawn()
@@ -56,9 +60,10 @@ impl Warm {
     }
 
     /// The exit code of a script.
-    fn run(&mut self, script: &Path) -> String {
+    fn run(&mut self, script: &Path, words: &[&str]) -> String {
         let input = self.process.stdin.as_mut().expect("a pipe");
-        writeln!(input, "{}", script.display()).expect("it waits for scripts");
+        let line = [&[&*script.to_string_lossy()], words].concat().join("\t");
+        writeln!(input, "{line}").expect("it waits for scripts");
         let mut line = String::new();
         self.told.read_line(&mut line).expect("an exit code");
         line.trim_end().to_owned()
