@@ -69,8 +69,8 @@ fn slit(n: usize) -> String {
     )
 }
 
-/// Runs scikit-fem's script without a mesh on each level, and on the last one with another value of the parameter: the code of the
-/// face-off gives out the results. One process does all, since to load scikit-fem takes longer than they do.
+/// Runs scikit-fem's script on each level, and on the last one with a changed parameter; the command of the face-off copies the
+/// results. All are children of one process, since it takes longer to load scikit-fem than to run the script.
 fn solve(at: &Path, case: &str, n: &str, values: [&str; 2]) {
     let levels: Vec<&str> = n.trim_matches(['[', ']']).split(", ").collect();
     let given = levels.iter().map(|n| [n, values[0]]);

@@ -15,7 +15,7 @@ struct Warm {
 /// Those that run nothing now, by modules.
 static IDLE: Mutex<BTreeMap<&str, Vec<Warm>>> = Mutex::new(BTreeMap::new());
 
-/// What a code's scripts import, with a space between, as the server takes it.
+/// What is loaded for a code's scripts: the words of warm.py, with a space between.
 pub fn modules(code: &str) -> Option<&'static str> {
     match code {
         "dolfinx" => Some("ffcx.codegeneration.jit +dolfinx.cpp"),
